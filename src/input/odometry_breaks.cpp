@@ -27,6 +27,7 @@ constexpr std::size_t kUsualPairs = 15;
 constexpr std::size_t kFewestUsual = 4;
 // Agreement, against that of the given motion.
 constexpr double kBetter = 0.1;
+constexpr double kLittleBetter = 0.04;  // twice in a row
 constexpr double kAsWell = 0.03;
 // Smallest over largest eigenvalue of the translation's information: tunnels have no more.
 constexpr double kSlides = 0.03;
@@ -41,7 +42,8 @@ bool is_off(const Pose& correction, double off_deg = kOff_deg) {
 struct Step {
   bool is_contradicted = false;
   bool is_elsewhere = false;
-  Pose correction;  ///< from the given motion to the one that the scans show
+  bool is_doubtful = false;  ///< contradicted if the step before it is doubtful, too
+  Pose correction;           ///< from the given motion to the one that the scans show
 };
 
 class BreakSearch {
@@ -162,7 +164,8 @@ class BreakSearch {
     return is_unfelt_ride(seconds(first, last), rise_m);
   }
 
-  Step compare(std::size_t i, std::size_t j) {
+  /// `registers` also where the given motion agrees well.
+  Step compare(std::size_t i, std::size_t j, bool registers = false) {
     const View& from = view(i);
     const View& to = view(j);
     const ScanPair pair(i, from.shape, j, to.shape);
@@ -172,7 +175,7 @@ class BreakSearch {
     const Pose given = motion(i, j);
     const double agrees = pair.agreement(given);
     const double usually = usual_.empty() ? 1.0 : median_of_usual();
-    if (usual_.size() >= kFewestUsual && agrees >= kWell * usually) {
+    if (!registers && usual_.size() >= kFewestUsual && agrees >= kWell * usually) {
       remember(agrees);
       return step;
     }
@@ -190,7 +193,7 @@ class BreakSearch {
     }
     if (usual_.size() >= kFewestUsual && best < kElsewhere * usually) {
       // A door that opens shows another place, too, and so does a way without poses.
-      return is_door || goes_on(i, j) ? Step() : Step{true, true, Pose()};
+      return is_door || goes_on(i, j) ? Step() : Step{true, true, false, Pose()};
     }
     remember(best);
     step.correction = given.inverse() * shown;
@@ -198,8 +201,9 @@ class BreakSearch {
     const bool is_unmoved = pair.agreement(Pose()) >= best - kAsWell && !is_off(shown);
     // In a bore registration slides along it.
     const bool slides = condition < kSlides;
-    step.is_contradicted = best >= agrees + kBetter && is_off(step.correction) &&
-                           ((!is_unmoved && !slides) || is_beyond_reach(i, j));
+    const bool is_known = (!is_unmoved && !slides) || is_beyond_reach(i, j);
+    step.is_doubtful = best >= agrees + kLittleBetter && is_off(step.correction) && is_known;
+    step.is_contradicted = step.is_doubtful && best >= agrees + kBetter;
     return step;
   }
 
@@ -210,18 +214,23 @@ class BreakSearch {
   }
 
   /// Whether the robot drove too far between both scans for them to show the same place, as fast as
-  /// it did before and after: a gap in the poses.
+  /// it did before or after, or both: a gap in the poses.
   [[nodiscard]] bool goes_on(std::size_t i, std::size_t j) const {
     constexpr double kFar_m = 10.0;
     constexpr double kSlowest = 0.5;  // a curve is longer than its chord
     constexpr double kFastest = 1.5;
     const double given_m = motion(i, j).translation.norm();
-    if (given_m < kFar_m || i == 0) return false;
-    const std::optional<Pose> before = extrapolated(i - 1, seconds(i, j));
-    const std::optional<Pose> after = extrapolated(j, seconds(i, j));
-    if (!before || !after) return false;
-    const double expected_m = (before->translation.norm() + after->translation.norm()) / 2.0;
-    return given_m > kSlowest * expected_m && given_m < kFastest * expected_m;
+    if (given_m < kFar_m) return false;
+    double sum_m = 0.0;
+    int known = 0;
+    for (const std::size_t beside : {i - 1, j}) {
+      const auto expected =
+          beside == j || i > 0 ? extrapolated(beside, seconds(i, j)) : std::nullopt;
+      if (!expected) continue;
+      sum_m += expected->translation.norm();
+      ++known;
+    }
+    return known * given_m > kSlowest * sum_m && known * given_m < kFastest * sum_m;
   }
 
   /// Where a registration may begin.
@@ -237,27 +246,50 @@ class BreakSearch {
 
   void check(std::size_t i, std::size_t j) {
     ++found_.compared;
-    const Step whole = compare(i, j);
-    if (!whole.is_contradicted) return;
+    const Step whole = compare(i, j, doubtful_in_a_row_ > 0);
+    if (whole.is_contradicted && add_single_steps(i, j, whole)) {
+      ++found_.contradicted;
+      doubtful_in_a_row_ = 0;
+      return;
+    }
+    doubtful_in_a_row_ = whole.is_doubtful ? doubtful_in_a_row_ + 1 : 0;
+    // An odometry that slips or drifts is off by less than a step's limit at each scan. Where the
+    // poses stand still, once is enough.
+    const bool stands = whole.is_contradicted && !is_off(motion(i, j));
+    const bool slips = doubtful_in_a_row_ >= 2 || stands;
+    if (doubtful_in_a_row_ >= 2 && !before_.is_added) {
+      add_slip(before_.last, before_.next, before_.step);
+    }
+    if (slips) add_slip(i, j, whole);
+    before_ = {i, j, whole, slips};
+  }
+
+  void add_slip(std::size_t i, std::size_t j, const Step& step) {
+    ++found_.contradicted;
+    OdometryBreak slip = break_of(i, j, step);
+    slip.is_slip = true;
+    add(slip);
+  }
+
+  /// Adds the steps between both scans that are contradicted by themselves; whether there are any.
+  bool add_single_steps(std::size_t i, std::size_t j, const Step& whole) {
+    if (j == i + 1) {
+      add(break_of(i, j, whole));
+      return true;
+    }
     bool is_found = false;
-    for (std::size_t k = i + 1; k <= j && j - i > 1; ++k) {
+    for (std::size_t k = i + 1; k <= j; ++k) {
       const Step step = compare(k - 1, k);
       if (!step.is_contradicted) continue;
       is_found = true;
-      add(k - 1, k, step);
+      add(break_of(k - 1, k, step));
     }
-    // Motions of less than a step's limit each: known where the poses stand still. Where they move,
-    // rings of a sparse sensor may agree with less of it, as in a tunnel.
-    if (!is_found && (j == i + 1 || !is_off(motion(i, j)))) {
-      is_found = true;
-      add(i, j, whole);
-    }
-    found_.contradicted += is_found ? 1 : 0;
+    return is_found;
   }
 
-  void add(std::size_t last, std::size_t next, const Step& step) {
-    add({last, next, step.correction.translation.norm(), angle_deg(step.correction),
-         step.is_elsewhere});
+  static OdometryBreak break_of(std::size_t last, std::size_t next, const Step& step) {
+    return {last, next, step.correction.translation.norm(), angle_deg(step.correction),
+            step.is_elsewhere};
   }
 
   /// Steps that follow each other are one break, and so are those on the way into a cabin.
@@ -270,6 +302,7 @@ class BreakSearch {
       found.off_deg = std::max(found.off_deg, before.off_deg);
       found.is_elsewhere = found.is_elsewhere || before.is_elsewhere;
       found.is_shut_in = found.is_shut_in || before.is_shut_in;
+      found.is_slip = found.is_slip && before.is_slip;
       breaks.pop_back();
     }
     breaks.push_back(found);
@@ -296,6 +329,15 @@ class BreakSearch {
   std::optional<std::size_t> first_shut_;
   std::size_t last_shut_ = 0;
   bool is_room_ = false;  ///< the robot drove since it was shut in
+  /// The scans compared last.
+  struct Compared {
+    std::size_t last = 0;
+    std::size_t next = 0;
+    Step step;
+    bool is_added = false;
+  };
+  Compared before_;
+  int doubtful_in_a_row_ = 0;  ///< pairs of scans, up to the last one
   OdometryBreaks found_;
 };
 
@@ -345,8 +387,8 @@ Finding check_odometry_breaks(const OdometryBreaks& found) {
                 "the scans contradict the poses in %zu of %zu steps, first %s: the odometry stands "
                 "still, slips or belongs to other scans; map the recording with another one",
                 found.contradicted, found.compared, describe(found.breaks.front()).c_str())
-          : "the odometry was started anew, jumped, or did not feel the robot move: " + where +
-                "; what follows is a session of its own";
+          : "the odometry was started anew, jumped, slipped, or did not feel the robot move: " +
+                where + "; what follows is a session of its own";
   return finding;
 }
 

@@ -22,6 +22,7 @@ struct OdometryBreak {
   double off_deg = 0.0;
   bool is_elsewhere = false;  ///< no motion makes the scans agree: they show another place
   bool is_shut_in = false;    ///< between the two nothing but a closed cabin was seen
+  bool is_slip = false;       ///< at no scan alone, but over several: it slipped or drifted
 };
 
 /// What the scans say of all steps.
@@ -33,7 +34,8 @@ struct OdometryBreaks {
 
 /// Compares scans half a second, three metres or eight degrees apart, at most five, one after the
 /// other, and both sides of every step that differs from those beside it. A step is contradicted if
-/// another motion, 0.3 m or 3 degrees away, makes the scans agree better, or none does. Scans from
+/// another motion, 0.3 m or 3 degrees away, makes the scans agree better, or none does. So are two
+/// pairs in a row that agree a little better with one, as behind wheels that slip. Scans from
 /// within a closed cabin say nothing of the odometry: a lift moves along with the robot. Three
 /// seconds in one are a break, unless the odometry rose or sank by a metre. The search ends where
 /// more than half of ten steps and more are contradicted. `read` fills a scan; every fifth or so is

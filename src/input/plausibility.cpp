@@ -39,6 +39,40 @@ void leave_out_jumps(const Track& track, const std::vector<OdometryBreak>& break
   }
 }
 
+/// Whether an estimate that is sure differs from what others have of it.
+bool is_excluded(const Estimate& sure, const Estimate& others) {
+  return sure.is_surely_beyond(0.0) &&
+         Estimate{sure.value - others.value, others.sigma}.is_surely_beyond(0.0);
+}
+
+/// Mount and clock as the scans show them where the odometry does not break. A mount or a clock
+/// that is off looks like an odometry that slips in each turn, so slips are left out only if the
+/// rest of the recording contradicts what they show.
+Calibration calibration_beside(std::vector<OdometryBreak> breaks, const Track& track,
+                               const datasets::Dataset& dataset) {
+  const auto beside = [&] {
+    return calibrate(track,
+                     register_motions(
+                         track,
+                         [&](std::size_t i, std::size_t j) {
+                           return is_broken(breaks, {i, j});
+                         },
+                         [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); }));
+  };
+  const Calibration without_slips = beside();
+  if (std::erase_if(breaks, [](const OdometryBreak& b) { return b.is_slip; }) == 0) {
+    return without_slips;
+  }
+  const Calibration all = beside();
+  const Calibration& rest = without_slips;
+  const bool contradicts = is_excluded(all.roll_deg, rest.roll_deg) ||
+                           is_excluded(all.pitch_deg, rest.pitch_deg) ||
+                           is_excluded(all.yaw_deg, rest.yaw_deg) ||
+                           is_excluded(all.x_m, rest.x_m) || is_excluded(all.y_m, rest.y_m) ||
+                           is_excluded(all.z_m, rest.z_m) || is_excluded(all.delay_s, rest.delay_s);
+  return rest.motions > 0 && contradicts ? rest : all;
+}
+
 /// A cause that is measured goes before what only says that poses and scans differ.
 void add_motion_findings(Plausibility& result, const Finding& odometry,
                          const GivenCorrection& given) {
@@ -124,13 +158,8 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
       from_start.insert(from_start.end(), first.begin(), first.end());
       result.agreement.ring_loss = measure_ring_loss(from_start);
     }
-    result.calibration = calibrate(
-        track, register_motions(
-                   track,
-                   [&](std::size_t i, std::size_t j) {
-                     return breaks && is_broken(result.steps.breaks, {i, j});
-                   },
-                   [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); }));
+    result.calibration = calibration_beside(
+        breaks ? result.steps.breaks : std::vector<OdometryBreak>(), track, dataset);
     Estimate& delay_s = result.calibration.delay_s;
     if (result.calibration.sure_delay_s() != 0.0) {
       leave_out_unseen_delay(delay_s, gained_agreement(track, pairs, delay_s.value));

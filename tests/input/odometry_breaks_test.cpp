@@ -201,6 +201,43 @@ TEST_CASE("A scan without points, or with few, says nothing of the odometry", "[
   CHECK(found.contradicted == 0);
 }
 
+TEST_CASE("A gap behind the first scan, or before the last one, is no break either", "[breaks]") {
+  MemoryDataset recording = with_gap(60.0);
+  const auto keep = [&](std::size_t first, std::size_t end) {
+    const auto cut = [&](auto& of_scans) {
+      of_scans = {of_scans.begin() + static_cast<std::ptrdiff_t>(first),
+                  of_scans.begin() + static_cast<std::ptrdiff_t>(end)};
+    };
+    cut(recording.scans);
+    cut(recording.poses);
+    cut(recording.stamps_ns);
+  };
+  SECTION("first") { keep(19, 40); }
+  SECTION("last") { keep(0, 21); }
+  CHECK(found_in(recording).breaks.empty());
+}
+
+TEST_CASE("A slip is a break, though it is small at each scan", "[breaks]") {
+  // Of 0.4 m a scan the wheels tell so much; or the heading drifts.
+  const double told = GENERATE(0.4, 1.5, 1.0);
+  const double drift_deg = told == 1.0 ? 2.5 : 0.0;
+  MemoryDataset recording = drive();
+  for (std::size_t i = 1; i < recording.poses.size(); ++i) {
+    Pose step = drive().poses[i - 1].inverse() * drive().poses[i];
+    if (i > 20 && i <= 40) {
+      step.translation *= told;
+      step.rotation *= moved(0.0, 0.0, drift_deg).rotation;
+    }
+    recording.poses[i] = recording.poses[i - 1] * step;
+  }
+  const OdometryBreaks found = found_in(recording);
+  REQUIRE(found.breaks.size() == 1);
+  CHECK(found.breaks[0].last >= 15);
+  CHECK(found.breaks[0].last <= 21);
+  CHECK(found.breaks[0].next >= 36);
+  CHECK(found.breaks[0].next <= 45);
+}
+
 TEST_CASE("A gap in the poses is no break where the robot drives on as fast as before",
           "[breaks]") {
   for (const double given_m : {40.0, 60.0, 85.0}) {

@@ -130,6 +130,20 @@ TEST_CASE("poses of another convention are wrong, and the message names the reme
   CHECK_THAT(found, Contains("wrong motion: ") && Contains(mistake.remedy));
 }
 
+TEST_CASE("a heading that drifts for half a second is said, and no mount is blamed") {
+  MemoryDataset recording = drive();
+  const Pose drift = level_pose(0.0, 0.0, 2.5 / kDegreesPerRadian);
+  for (std::size_t i = 21; i < recording.poses.size(); ++i) {
+    Pose step = drive().poses[i - 1].inverse() * drive().poses[i];
+    if (i <= 25) step.rotation *= drift.rotation;
+    recording.poses[i] = recording.poses[i - 1] * step;
+  }
+  const std::string found = examined(recording);
+  INFO(found);
+  CHECK_THAT(found, Contains("suspicious odometry: ") && Contains("slipped"));
+  CHECK_THAT(found, !Contains("mount: ") && !Contains("time: "));
+}
+
 TEST_CASE("poses of a mount that is off, or late by part of a scan, are said with the remedy") {
   SECTION("yaw") {
     const Pose mount = level_pose(0.0, 0.0, 2.0 / kDegreesPerRadian);
