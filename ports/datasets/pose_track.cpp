@@ -80,6 +80,34 @@ class PoseTrack {
 
 }  // namespace
 
+PoseAlternation find_alternation(std::span<const std::int64_t> stamps_ns,
+                                 std::span<const Pose> poses) {
+  constexpr double kJump_m = 1.0;
+  constexpr double kFastest_mps = 100.0;
+  const auto distance_m = [poses](std::size_t a, std::size_t b) {
+    return (poses[b].translation - poses[a].translation).norm();
+  };
+  PoseAlternation found;
+  for (std::size_t from = 0; from + 1 < poses.size(); ++from) {
+    ++found.steps;
+    const double jump_m = distance_m(from, from + 1);
+    const double lasts_s =
+        1e-9 * static_cast<double>(difference(stamps_ns[from + 1], stamps_ns[from]));
+    if (!(jump_m > kJump_m) || jump_m <= kFastest_mps * lasts_s) continue;
+    bool is_back = false;
+    for (std::size_t to = from + 2; to < std::min(from + 4, poses.size()); ++to) {
+      is_back = is_back || distance_m(from, to) < 0.5 * jump_m;
+    }
+    found.jumps += is_back ? 1 : 0;
+  }
+  return found;
+}
+
+std::string alternation_text(const PoseAlternation& found) {
+  return "alternate between two trajectories: " + std::to_string(found.jumps) + " of " +
+         std::to_string(found.steps) + " steps jump and come back";
+}
+
 std::string poses_apart_text(std::span<const std::int64_t> stamps_ns) {
   std::vector<double> intervals_s;
   for (std::size_t i = 1; i < stamps_ns.size(); ++i) {
@@ -103,6 +131,10 @@ std::string remedy_for_sparse_poses() {
 TimedPoses poses_at(const std::vector<std::int64_t>& stamps_ns, const Trajectory& trajectory,
                     const fs::path& file) {
   check_stamps(trajectory, file);
+  const PoseAlternation alternation = find_alternation(trajectory.stamps_ns, trajectory.poses);
+  if (alternation.is_of_two()) {
+    fail(file, "its poses " + alternation_text(alternation) + "; are those of two programs in it?");
+  }
   const PoseTrack track(trajectory);
   TimedPoses found;
   for (const std::int64_t stamp_ns : stamps_ns) track.find(stamp_ns, found);

@@ -24,10 +24,26 @@ struct TimedPoses {
 };
 
 /// The pose at each of `stamps_ns`, interpolated between its neighbours in `trajectory` (read from
-/// `file`). Throws DatasetError where the trajectory has no poses or no stamps that increase, or
-/// where fewer than half of the scans get a pose.
+/// `file`). Throws DatasetError where the trajectory has no poses or no stamps that increase,
+/// where they are those of two trajectories, or where fewer than half of the scans get a pose.
 [[nodiscard]] TimedPoses poses_at(const std::vector<std::int64_t>& stamps_ns,
                                   const Trajectory& trajectory, const std::filesystem::path& file);
+
+/// How often poses jump to another place and come back.
+struct PoseAlternation {
+  std::size_t jumps = 0;  ///< that no robot makes, and that one of the next two steps takes back
+  std::size_t steps = 0;  ///< from pose to pose
+  /// Whether they are those of two trajectories. One that jumps once, or has a few wrong poses, is
+  /// one.
+  [[nodiscard]] bool is_of_two() const { return jumps >= 5 && 20 * jumps >= steps; }
+};
+
+/// Counts the jumps to and fro of poses in the order of their stamps. O(n).
+[[nodiscard]] PoseAlternation find_alternation(std::span<const std::int64_t> stamps_ns,
+                                               std::span<const Pose> poses);
+
+/// "alternate between two trajectories: 60 of 661 steps jump and come back".
+[[nodiscard]] std::string alternation_text(const PoseAlternation& found);
 
 /// How far apart poses with these stamps, in order, are: "poses are 1.0 s apart (...), at most 0.5
 /// s are bridged".

@@ -260,6 +260,9 @@ LidarPoses poses_of_file(const fs::path& file, PoseSeries& series) {
     series.add(trajectory.stamps_ns[i], trajectory.poses[i]);
   }
   series.finish();
+  if (const PoseAlternation found = series.alternation(); found.is_of_two()) {
+    fail(file, "its poses " + alternation_text(found) + "; are those of two programs in it?");
+  }
   LidarPoses poses;
   poses.description = file.string();
   poses.covered_time =

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "ports/datasets/pose_track.hpp"
 #include "ports/datasets/poses.hpp"
@@ -57,8 +58,37 @@ bool are_frames_swapped(const PoseTopic& topic, const TransformTree& transforms,
          !transforms.is_rigid(topic.child_frame, lidar_frame);
 }
 
+/// Says which trajectories of a topic are left out.
+void note_frames(const PoseTopic& topic, std::vector<Note>& notes) {
+  if (topic.left_out.empty()) return;
+  constexpr std::size_t kMostNamed = 4;
+  std::string list;
+  std::size_t named = 0;
+  std::size_t others = 0;
+  for (const PoseFrames& frames : topic.left_out) {
+    if (named++ >= kMostNamed) {
+      others += frames.poses;
+      continue;
+    }
+    list += (list.empty() ? "" : ", ") + std::to_string(frames.poses) + " of " +
+            quoted(frames.child_frame) + " in " + quoted(frames.frame);
+  }
+  if (others > 0) list += ", " + std::to_string(others) + " of others";
+  notes.push_back({topic.description + " holds poses of several frames: those of " +
+                       quoted(topic.child_frame) + " in " + quoted(topic.frame) +
+                       " are taken, left out are " + list,
+                   true});
+}
+
+[[noreturn]] void fail_alternating(const std::string& whose, const PoseAlternation& found) {
+  throw DatasetError("the poses of " + whose + " " + alternation_text(found) +
+                     "; does a second node publish there?");
+}
+
 LidarPoses from_topic(const PoseTopic& topic, const TransformTree& transforms,
                       const PoseWish& wish) {
+  const PoseAlternation alternation = topic.poses.alternation();
+  if (alternation.is_of_two()) fail_alternating(topic.description, alternation);
   const std::string& lidar_frame = wish.lidar_frame;
   LidarPoses poses;
   poses.is_of_topic = !topic.is_path;
@@ -79,6 +109,7 @@ LidarPoses from_topic(const PoseTopic& topic, const TransformTree& transforms,
   const std::string base = is_swapped ? topic.frame : base_frame_of(topic, transforms, lidar_frame);
   const std::string chosen = "poses: " + topic.description + ", of " + quoted(base) + " in " +
                              quoted(is_swapped ? topic.child_frame : topic.frame);
+  note_frames(topic, poses.notes);
   note_stamps(topic.stamps, "pose", topic.description, poses.notes);
   if (topic.invalid > 0) {
     poses.notes.push_back({std::to_string(topic.invalid) + " poses of " + topic.description +
@@ -202,14 +233,30 @@ void BagPoses::add(const PoseMessage& message, PoseTopic* topic, bool is_static,
     ++topic->invalid;
     return;
   }
-  if (topic->recorded.empty()) {
-    topic->frame = message.header.frame;
-    topic->child_frame = message.child_frame;
-  }
-  topic->recorded.push_back({message.header.stamp_ns, log_ns, *message.pose});
+  const auto [known, is_new] = topic->frames_index.try_emplace(
+      {message.header.frame, message.child_frame}, topic->frames.size());
+  if (is_new) topic->frames.push_back({message.header.frame, message.child_frame});
+  ++topic->frames[known->second].poses;
+  topic->recorded.push_back({message.header.stamp_ns, log_ns, *message.pose, known->second});
 }
 
 namespace {
+
+/// Keeps the poses of one frame in another, those of which there are most.
+void choose_frames(PoseTopic& topic) {
+  if (topic.frames.empty()) return;
+  const auto chosen =
+      std::max_element(topic.frames.begin(), topic.frames.end(),
+                       [](const PoseFrames& a, const PoseFrames& b) { return a.poses < b.poses; });
+  const auto index = static_cast<std::size_t>(chosen - topic.frames.begin());
+  topic.frame = chosen->frame;
+  topic.child_frame = chosen->child_frame;
+  std::erase_if(topic.recorded, [index](const auto& pose) { return pose.frames != index; });
+  topic.left_out = std::move(topic.frames);
+  topic.left_out.erase(topic.left_out.begin() + static_cast<std::ptrdiff_t>(index));
+  topic.frames.clear();
+  topic.frames_index.clear();
+}
 
 /// Poses by stamp, without those whose stamp is a glitch, by a clock without steps.
 void order_poses(PoseTopic& topic) {
@@ -226,6 +273,7 @@ void order_poses(PoseTopic& topic) {
 
 void BagPoses::finish(RecordedStamps& scans) {
   for (auto& [number, topic] : topics) {
+    choose_frames(topic);
     topic.stamps = check_stamps_of(topic.recorded);
     find_common_steps(topic.stamps, scans);
     order_poses(topic);
@@ -244,6 +292,10 @@ LidarPoses find_lidar_poses(const BagPoses& poses, const PoseWish& wish) {
   if (!frame.empty()) {
     if (wish.is_mounted_by_caller) {
       throw DatasetError("--extrinsic: its transforms give the poses of the LiDAR itself");
+    }
+    if (const auto two = poses.transforms.find_alternating(frame, wish.lidar_frame)) {
+      fail_alternating(quoted(two->frame) + " in " + quoted(two->parent) + " of the transforms",
+                       two->found);
     }
     LidarPoses found;
     found.description = "the transforms from " + quoted(wish.lidar_frame) + " to " + quoted(frame);

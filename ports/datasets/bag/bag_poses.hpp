@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ports/datasets/bag/messages.hpp"
@@ -16,18 +17,30 @@
 
 namespace unimapper::datasets::bag {
 
-/// The poses that one topic holds.
-struct PoseTopic {
-  std::string description;  ///< of the topic
+/// Whose poses a topic holds, in which frame, and how many.
+struct PoseFrames {
   std::string frame;        ///< the poses are given in
   std::string child_frame;  ///< whose poses they are; empty where the messages do not say
-  PoseSeries poses;         ///< T_frame_child
+  std::size_t poses = 0;    ///< how many have both frames
+};
+
+/// The poses that one topic holds. Those of several frames are several trajectories: the one with
+/// most poses is kept, the first one of as many.
+struct PoseTopic {
+  std::string description;           ///< of the topic
+  std::string frame;                 ///< the poses are given in
+  std::string child_frame;           ///< as in `PoseFrames`
+  std::vector<PoseFrames> left_out;  ///< in the order of recording
+  PoseSeries poses;                  ///< T_frame_child
   /// In the order of recording, until `BagPoses::finish`.
   struct Recorded {
     std::int64_t stamp_ns;  ///< of the pose
     std::int64_t log_ns;    ///< when it was recorded
     Pose pose;              ///< T_frame_child
+    std::size_t frames;     ///< index of `frames`
   };
+  std::vector<PoseFrames> frames;  ///< of `recorded`, in the order of recording
+  std::map<std::pair<std::string, std::string>, std::size_t> frames_index;  ///< by their names
   std::vector<Recorded> recorded;  ///< in the order of recording, until `BagPoses::finish`
   RecordedStamps stamps;           ///< what contradicts the order of recording
   bool is_path = false;            ///< its poses were recorded together
@@ -75,8 +88,8 @@ struct PoseWish {
 std::string seconds_text(std::int64_t stamp_ns);
 
 /// Poses of the only odometry; else of the transforms; else of the only topic with poses. Throws
-/// DatasetError (without naming a file) where there are none, or several fit. The result refers to
-/// `poses`.
+/// DatasetError (without naming a file) where there are none, several fit, or two publishers are
+/// mixed. The result refers to `poses`.
 LidarPoses find_lidar_poses(const BagPoses& poses, const PoseWish& wish);
 
 }  // namespace unimapper::datasets::bag

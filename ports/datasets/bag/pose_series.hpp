@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "ports/datasets/pose_track.hpp"
 #include "unimapper/core/pose.hpp"
 
 namespace unimapper::datasets::bag {
@@ -35,6 +36,9 @@ class PoseSeries {
 
   /// The stamps in order; of poses that repeat those of the first and the last.
   [[nodiscard]] std::span<const std::int64_t> stamps_ns() const { return stamps_ns_; }
+
+  /// Whether they alternate between two trajectories; behind `finish`.
+  [[nodiscard]] PoseAlternation alternation() const { return find_alternation(stamps_ns_, poses_); }
 
   /// The pose at a stamp; empty before the first pose, after the last one, and between two that
   /// differ and are more than `kMaxGap_ns` apart.

@@ -63,6 +63,18 @@ bool TransformTree::is_rigid(std::string_view frame, std::string_view other) con
   return !common.empty() && !moves(common, frame) && !moves(common, other);
 }
 
+std::optional<TransformTree::Alternating> TransformTree::find_alternating(
+    std::string_view ancestor, std::string_view frame) const {
+  for (const std::string& child : ancestors(frame)) {
+    if (child == ancestor) break;
+    const auto edge = edges_.find(child);
+    if (edge == edges_.end() || edge->second.is_constant) continue;
+    const PoseAlternation found = edge->second.poses.alternation();
+    if (found.is_of_two()) return Alternating{child, edge->second.parent, found};
+  }
+  return std::nullopt;
+}
+
 std::optional<Pose> TransformTree::up_to(std::string_view ancestor, std::string_view frame,
                                          std::int64_t stamp_ns) const {
   Pose T_ancestor_frame;

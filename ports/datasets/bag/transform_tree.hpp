@@ -35,6 +35,15 @@ class TransformTree {
   /// is not known then.
   [[nodiscard]] std::optional<Pose> lookup(std::string_view target, std::string_view source,
                                            std::int64_t stamp_ns) const;
+  /// A frame whose poses in its parent are those of two publishers.
+  struct Alternating {
+    std::string frame;      ///< e.g. "base_link"
+    std::string parent;     ///< e.g. "odom"
+    PoseAlternation found;  ///< how often they alternate
+  };
+  /// The first such frame from `frame` up to `ancestor`, one of its ancestors; empty: none.
+  [[nodiscard]] std::optional<Alternating> find_alternating(std::string_view ancestor,
+                                                            std::string_view frame) const;
   /// Frames that were published with several parents.
   [[nodiscard]] const std::vector<std::string>& ambiguous_frames() const { return ambiguous_; }
 

@@ -118,6 +118,28 @@ TEST_CASE("poses at a higher rate are matched by stamp and interpolated") {
   CHECK_FALSE(dataset->notes()[0].is_warning);
 }
 
+TEST_CASE("poses of two trajectories in turn are refused, those with a jump and spikes are not") {
+  const Clouds clouds(4, [](int i) { return "17000000" + number(i) + "0.04"; });
+  const auto poses = [](const auto& aside_m) {
+    std::string lines;
+    for (int i = 0; i <= 200; ++i) {
+      char stamp[32];
+      std::snprintf(stamp, sizeof stamp, "%.1f", 1700000000.0 + 0.2 * i);
+      lines += tum_line(stamp, 0.2 * i + aside_m(i));
+    }
+    return lines;
+  };
+  CHECK_THAT(clouds.error_with(poses([](int i) { return i % 2 == 0 ? 0.0 : 50.0; })),
+             Contains("poses.txt") && Contains("alternate between two trajectories: 199 of 200 "
+                                               "steps jump and come back"));
+  // The second one has a pose for ten of the first.
+  CHECK_THAT(clouds.error_with(poses([](int i) { return i % 11 == 5 ? 50.0 : 0.0; })),
+             Contains("alternate between two trajectories: 18 of 200"));
+  const auto dataset = clouds.open_with(poses(
+      [](int i) { return (i > 100 ? 5e5 : 0.0) + (i == 30 || i == 60 || i == 90 ? 50.0 : 0.0); }));
+  CHECK(dataset->scan_count() == 4);
+}
+
 TEST_CASE("times of the scans and stamps of the poses go together, in seconds or nanoseconds") {
   const bool in_seconds = GENERATE(true, false);
   const auto stamp = [&](int tenths) {

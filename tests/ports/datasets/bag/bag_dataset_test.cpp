@@ -51,6 +51,18 @@ class Bag {
     });
   }
 
+  /// Odometry at 40 Hz, every second pose of another trajectory 7 m beside it.
+  Bag& two_odometries(const std::string& frame, const std::string& child) {
+    return add("/odom", "nav_msgs/msg/Odometry", 41, [&](int i) {
+      const std::int64_t stamp = kStart + i * kSecond / 40;
+      const bool is_other = i % 2 == 1;
+      Pose pose = at_x(0.025 * i);
+      if (is_other) pose.translation.y() = 7.0;
+      return std::pair(stamp, odometry_message(kEncoding, stamp, pose, is_other ? frame : "odom",
+                                               is_other ? child : "lidar"));
+    });
+  }
+
   Bag& poses(const std::string& topic, int times_slower = 1) {
     return add(topic, "geometry_msgs/msg/PoseStamped", 5, [&](int i) {
       const std::int64_t stamp = kStart + (i * times_slower - times_slower / 5) * kSecond / 4;
@@ -76,12 +88,13 @@ class Bag {
       return std::pair(kStart, transforms_message(kEncoding, {{kStart, parent, child, at_x(x)}}));
     });
   }
-  /// The child moves at 1 m/s along x.
-  Bag& moving(const std::string& parent, const std::string& child) {
-    return add("/tf", "tf2_msgs/msg/TFMessage", 5, [&](int i) {
-      const std::int64_t stamp = kStart + i * kSecond / 4;
-      return std::pair(stamp,
-                       transforms_message(kEncoding, {{stamp, parent, child, at_x(0.25 * i)}}));
+  /// The child moves at 1 m/s along x; a second publisher says 7 m ahead.
+  Bag& moving(const std::string& parent, const std::string& child, int publishers = 1) {
+    return add("/tf", "tf2_msgs/msg/TFMessage", 21 * publishers, [&](int i) {
+      const int k = i / publishers;
+      const std::int64_t stamp = kStart + k * kSecond / 20 + i % publishers * 1000;
+      const Pose pose = at_x(0.05 * k + i % publishers * 7.0);
+      return std::pair(stamp, transforms_message(kEncoding, {{stamp, parent, child, pose}}));
     });
   }
 
@@ -193,6 +206,35 @@ TEST_CASE("several topics of odometry are listed, and one is chosen by name") {
   CHECK(bag.open({.frame = "odom"})->scan_count() == 11);
   CHECK_THAT(bag.error({.odometry_topic = "/gps"}),
              Contains("holds no topic '/gps'; topics of poses: /wheels"));
+}
+
+TEST_CASE("of the trajectories on one topic the one with most poses is taken, with a warning") {
+  for (const auto& [frame, child] : {std::pair("map", "lidar"), std::pair("odom", "base_link"),
+                                     std::pair("odom", ""), std::pair("", "lidar")}) {
+    CAPTURE(frame, child);
+    Bag bag;
+    const auto dataset = bag.scans().two_odometries(frame, child).open();
+    REQUIRE(dataset->scan_count() == 11);
+    for (std::size_t i = 0; i < 11; ++i) CHECK(dataset->pose(i).translation.y() == 0.0);
+    CHECK_THAT(notes_text(*dataset),
+               Contains("! /odom (nav_msgs/Odometry, 41 messages) holds poses of several frames: "
+                        "those of 'lidar' in 'odom' are taken, left out are 20 of '" +
+                        std::string(child) + "' in '" + frame + "'"));
+  }
+  Bag bag;
+  CHECK_THAT(notes_text(*bag.scans().odometry("/odom", "lidar").open()),
+             !Contains("several frames"));
+}
+
+TEST_CASE("two publishers of one trajectory are refused, on a topic and among transforms") {
+  Bag topic;
+  CHECK_THAT(topic.scans().two_odometries("odom", "lidar").error(),
+             Contains("the poses of /odom (nav_msgs/Odometry, 41 messages) alternate between two "
+                      "trajectories: 39 of 40 steps jump and come back; does a second node "
+                      "publish there?"));
+  Bag transforms;
+  CHECK_THAT(transforms.scans().moving("odom", "lidar", 2).error(),
+             Contains("the poses of 'lidar' in 'odom' of the transforms alternate"));
 }
 
 TEST_CASE("poses without odometry are used, those of a goal beside odometry are not") {
