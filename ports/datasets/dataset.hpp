@@ -55,6 +55,10 @@ struct Scan {
   /// Points whose time is of no sweep that the others are of: `time_s` is 0.
   std::size_t points_without_time = 0;
 
+  /// Of the places of the points as recorded: scans that repeat each other have the same, whatever
+  /// is done to their points behind the reader. 0: without points, or not known.
+  std::uint64_t fingerprint = 0;
+
   /// What readers of points in doubles subtract before these become floats, metres: points of a
   /// map far from its origin.
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
@@ -66,6 +70,7 @@ struct Scan {
     ring.clear();
     seconds_per_time_unit = 0.0;
     points_without_time = 0;
+    fingerprint = 0;
   }
   /// Adds the time of the next point, which counts from `zero`.
   void add_time(double time, double zero, double seconds_per_unit, bool is_of_sweep) {

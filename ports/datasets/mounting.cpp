@@ -156,6 +156,7 @@ class SeveralLidars : public DatasetDecorator {
       const Eigen::Vector3f moved = rotation * Eigen::Vector3f(p.x, p.y, p.z) + translation;
       scan.points.push_back({moved.x(), moved.y(), moved.z(), p.intensity});
     }
+    scan.fingerprint = 31 * scan.fingerprint + points.fingerprint;
     // A point of the other that is late against its scan is late against this one by more.
     scan.time_s.clear();
   }

@@ -1,5 +1,6 @@
 #include "ports/datasets/scan_faults.hpp"
 
+#include <bit>
 #include <cstdio>
 #include <map>
 #include <set>
@@ -18,6 +19,21 @@ std::string unit_name(double seconds_per_unit) {
   return seconds_per_unit >= 1e-6 ? "us" : "ns";
 }
 
+/// Of the coordinates, bit by bit; never 0.
+std::uint64_t fingerprint_of(const std::vector<Scan::Point>& points) {
+  std::uint64_t hash = points.size();
+  const auto add = [&hash](std::uint64_t part) {
+    hash = (hash ^ part) * 0x9E3779B97F4A7C15U;
+    hash ^= hash >> 32U;
+  };
+  for (const Scan::Point& p : points) {
+    add(std::uint64_t{std::bit_cast<std::uint32_t>(p.x)} << 32U |
+        std::bit_cast<std::uint32_t>(p.y));
+    add(std::bit_cast<std::uint32_t>(p.z));
+  }
+  return hash | 1U;
+}
+
 class CountedFaults : public DatasetDecorator {
  public:
   explicit CountedFaults(std::unique_ptr<Dataset> dataset) : DatasetDecorator(std::move(dataset)) {}
@@ -25,6 +41,7 @@ class CountedFaults : public DatasetDecorator {
   void read_scan(std::size_t i, Scan& scan) const override {
     try {
       inner().read_scan(i, scan);
+      scan.fingerprint = scan.points.empty() ? 0 : fingerprint_of(scan.points);
       if (!scan.points.empty()) {
         times_[i] = {scan.seconds_per_time_unit, scan.points_without_time, scan.points.size()};
       }

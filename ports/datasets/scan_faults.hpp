@@ -11,7 +11,7 @@ namespace unimapper::datasets {
 /// not end a run. `notes` counts the faults of all scans read so far: those damaged, of which it
 /// names the first with its reason, times of points that are of no sweep, that are missing in some
 /// scans, or that change their unit. Reading throws DatasetError from the scan on that makes the
-/// damaged ones a tenth of all.
+/// damaged ones a tenth of all. Scans get their fingerprint here.
 std::unique_ptr<Dataset> with_counted_faults(std::unique_ptr<Dataset> dataset);
 
 }  // namespace unimapper::datasets

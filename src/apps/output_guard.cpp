@@ -113,6 +113,45 @@ const char* foreign_content(const fs::path& folder, Output output) {
   return nullptr;
 }
 
+/// Whether several numbered files of a format of scans lie in the folder.
+bool holds_scans(const fs::path& folder) {
+  constexpr int kSeveral = 3;
+  int count = 0;
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string stem = entry.path().stem().string();
+    if (stem.empty() || stem.back() < '0' || stem.back() > '9') continue;
+    const std::string extension = entry.path().extension().string();
+    for (const std::string_view one : {".bin", ".pcd", ".ply"}) {
+      count += extension == one && entry.is_regular_file(ignored) ? 1 : 0;
+    }
+    if (count >= kSeveral) return true;
+  }
+  return false;
+}
+
+/// The folder of the recording's scans that `out` is, lies in, or holds; empty if there is none.
+fs::path scans_at(const fs::path& dataset, const fs::path& out) {
+  std::error_code ignored;
+  // The recording may hold its scans by a link.
+  for (const fs::directory_entry& entry : fs::directory_iterator(dataset, ignored)) {
+    if (fs::equivalent(entry.path(), out, ignored) && holds_scans(out)) return entry.path();
+  }
+  // `out` may be a link into the recording.
+  const fs::path inside = fs::weakly_canonical(fs::absolute(out), ignored)
+                              .lexically_relative(fs::canonical(dataset, ignored));
+  if (inside.empty() || *inside.begin() == ".." || *inside.begin() == ".") return {};
+  fs::path folder = dataset;
+  for (const fs::path& part : inside) {
+    folder /= part;
+    if (holds_scans(folder)) return folder;
+  }
+  for (const fs::directory_entry& entry : fs::directory_iterator(out, ignored)) {
+    if (entry.is_directory(ignored) && holds_scans(entry.path())) return entry.path();
+  }
+  return {};
+}
+
 }  // namespace
 
 void check_output_folder(const fs::path& folder, Output output, bool replaces) {
@@ -139,6 +178,17 @@ void check_output_folder(const fs::path& folder, Output output, bool replaces) {
     throw std::runtime_error(folder.string() + ": holds " + content +
                              " of unknown origin, perhaps a recording of yours; " + choose);
   }
+}
+
+void check_outside_recording(const fs::path& folder, const fs::path& dataset) {
+  std::error_code ignored;
+  if (fs::equivalent(dataset, folder, ignored)) {
+    throw std::runtime_error(folder.string() + ": is the recording itself; choose another --out");
+  }
+  const fs::path scans = scans_at(dataset, folder);
+  if (scans.empty()) return;
+  throw std::runtime_error(folder.string() + ": the recording has scans in " + scans.string() +
+                           "; choose another --out");
 }
 
 void check_output_file(const fs::path& file, bool replaces) {

@@ -20,6 +20,11 @@ enum class Output : std::uint8_t {
 /// Nothing is changed. Throws std::runtime_error with what to do.
 void check_output_folder(const std::filesystem::path& folder, Output output, bool replaces);
 
+/// Checks that `folder` is not the recording `dataset`, and neither among its scans nor above them:
+/// a run there would pass for a part of it. Throws std::runtime_error.
+void check_outside_recording(const std::filesystem::path& folder,
+                             const std::filesystem::path& dataset);
+
 /// Checks that `file` may be written, before any work is done. Throws std::runtime_error where it
 /// exists, unless `replaces`.
 void check_output_file(const std::filesystem::path& file, bool replaces);

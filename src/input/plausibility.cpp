@@ -73,6 +73,31 @@ Calibration calibration_beside(std::vector<OdometryBreak> breaks, const Track& t
   return rest.motions > 0 && contradicts ? rest : all;
 }
 
+/// For each scan whether it is an earlier one once more although the robot moved since.
+std::vector<bool> find_repeated(const datasets::Dataset& dataset, const Track& track) {
+  std::vector<bool> repeated(track.size, false);
+  RepeatedScans repeats;
+  datasets::Scan scan;
+  for (std::size_t i = 0; i < track.size; ++i) {
+    dataset.read_scan(i, scan);
+    repeated[i] = repeats.add(scan.fingerprint, track.pose(i));
+  }
+  return repeated;
+}
+
+/// The steps that scans contradict; none is a break for scans that the driver repeated.
+OdometryBreaks find_breaks(const datasets::Dataset& dataset, const Track& track) {
+  OdometryBreaks found = find_odometry_breaks(
+      track, [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); });
+  if (found.breaks.empty()) return found;
+  const std::vector<bool> repeated = find_repeated(dataset, track);
+  if (std::find(repeated.begin(), repeated.end(), true) == repeated.end()) return found;
+  return find_odometry_breaks(track, [&](std::size_t i, datasets::Scan& scan) {
+    dataset.read_scan(i, scan);
+    if (repeated[i]) scan.points.clear();
+  });
+}
+
 /// A cause that is measured goes before what only says that poses and scans differ.
 void add_motion_findings(Plausibility& result, const Finding& odometry,
                          const GivenCorrection& given) {
@@ -128,8 +153,7 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
   // Comparing points that are none, or are in other units than the limits, says nothing.
   const bool comparable = worst(findings) != Severity::kWrong;
   if (comparable) {
-    result.steps = find_odometry_breaks(
-        track, [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); });
+    result.steps = find_breaks(dataset, track);
     const Finding odometry = check_odometry_breaks(result.steps);
     std::vector<std::size_t> indices;
     for (const PairIndex& pair : chosen) indices.push_back(pair.first);

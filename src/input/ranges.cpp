@@ -261,9 +261,25 @@ Finding check_records(std::span<const datasets::Scan> scans, const RangeFigures&
   return finding;
 }
 
+bool RepeatedScans::add(std::uint64_t fingerprint, const Pose& pose) {
+  constexpr double kMoved_m = 0.1;
+  constexpr double kTurned_deg = 1.0;
+  const bool is_alike = fingerprint != 0 && fingerprint == fingerprint_;
+  fingerprint_ = fingerprint;
+  if (!is_alike) {
+    first_ = pose;
+    return false;
+  }
+  const Pose moved = first_.inverse() * pose;
+  return moved.translation.norm() > kMoved_m ||
+         rotation_angle(moved.rotation) * kDegreesPerRadian > kTurned_deg;
+}
+
 Finding check_repeated(std::span<const datasets::Scan* const> first,
                        std::span<const datasets::Scan* const> second) {
   const auto same = [](const datasets::Scan& a, const datasets::Scan& b) {
+    // Points of both may have been compensated for the motion since.
+    if (a.fingerprint != 0 && b.fingerprint != 0) return a.fingerprint == b.fingerprint;
     return !a.points.empty() && std::equal(a.points.begin(), a.points.end(), b.points.begin(),
                                            b.points.end(), [](const auto& p, const auto& q) {
                                              return p.x == q.x && p.y == q.y && p.z == q.z;

@@ -1,11 +1,13 @@
 // Ranges of a few scans: units of the points, and points that are none
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
 #include "src/input/finding.hpp"
+#include "unimapper/core/pose.hpp"
 
 namespace unimapper::input {
 
@@ -39,6 +41,18 @@ struct RangeFigures {
 /// `scans` as read, four floats each.
 [[nodiscard]] Finding check_records(std::span<const datasets::Scan> scans,
                                     const RangeFigures& ranges);
+
+/// Tells scans that a driver repeats: bit by bit those before them, though the robot moved by 0.1 m
+/// or a degree since the first of them. One that stands may see the very same.
+class RepeatedScans {
+ public:
+  /// Whether the next scan is such a one; `fingerprint` as in `datasets::Scan`. O(1).
+  bool add(std::uint64_t fingerprint, const Pose& pose);
+
+ private:
+  std::uint64_t fingerprint_ = 0;  // of the scan before
+  Pose first_;                     // of those in a row that are alike
+};
 
 /// Scans that repeat the one before point by point; `scans` come in pairs of neighbours.
 [[nodiscard]] Finding check_repeated(std::span<const datasets::Scan* const> first,

@@ -2,8 +2,13 @@
 #include "src/input/recognition.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "src/core/quantile.hpp"
 #include "src/input/scan_sampling.hpp"
@@ -13,6 +18,48 @@ namespace unimapper::input {
 namespace {
 
 constexpr double kAllRound_deg = 300.0;
+
+/// The bits of a point's coordinates.
+struct Place {
+  std::array<std::uint32_t, 3> bits;
+  explicit Place(const datasets::Scan::Point& p)
+      : bits{std::bit_cast<std::uint32_t>(p.x), std::bit_cast<std::uint32_t>(p.y),
+             std::bit_cast<std::uint32_t>(p.z)} {}
+  [[nodiscard]] std::size_t hash() const {
+    std::uint64_t hash = 0;
+    for (const std::uint32_t part : bits) {
+      hash = (hash ^ part) * 0x9E3779B97F4A7C15U;
+      hash ^= hash >> 32U;
+    }
+    return hash;
+  }
+  bool operator==(const Place&) const = default;
+};
+
+/// The scan without times, each point once, in its order; `all` counts the points that return
+/// something, copies too.
+datasets::Scan without_copies(const datasets::Scan& scan, std::size_t& all) {
+  datasets::Scan result;
+  // At most half full, so that a free slot is near.
+  std::vector<std::uint32_t> slots(std::bit_ceil(2 * scan.points.size() + 2));  // 0: free
+  const bool has_rings = scan.ring.size() == scan.points.size();
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    const datasets::Scan::Point& point = scan.points[i];
+    if (!std::isfinite(point.x + point.y + point.z)) continue;
+    if (point.x == 0.0F && point.y == 0.0F && point.z == 0.0F) continue;
+    ++all;
+    const Place place(point);
+    std::size_t slot = place.hash() & (slots.size() - 1);
+    while (slots[slot] != 0 && Place(result.points[slots[slot] - 1]) != place) {
+      slot = (slot + 1) & (slots.size() - 1);
+    }
+    if (slots[slot] != 0) continue;
+    result.points.push_back(point);
+    if (has_rings) result.ring.push_back(scan.ring[i]);
+    slots[slot] = static_cast<std::uint32_t>(result.points.size());
+  }
+  return result;
+}
 
 void take_sampling(const datasets::Scan& scan, SensorFigures& figures) {
   SensorModel any = sensor_model(SensorKind::kGeneric);
@@ -32,8 +79,13 @@ SensorFigures measure_sensor(std::span<const datasets::Scan> scans,
   std::vector<float> ranges;
   std::vector<float> elevations;
   std::set<std::uint16_t> rings;
-  const datasets::Scan* fullest = nullptr;
-  for (const datasets::Scan& scan : scans) {
+  datasets::Scan fullest;
+  std::size_t with_copies = 0;
+  std::size_t each_once = 0;
+  for (const datasets::Scan& recorded : scans) {
+    datasets::Scan scan = without_copies(recorded, with_copies);
+    each_once += scan.points.size();
+    figures.recorded_points = std::max(figures.recorded_points, recorded.points.size());
     std::size_t finite = 0;
     const std::size_t stride = 1 + scan.points.size() / 8000;
     for (std::size_t i = 0; i < scan.points.size(); ++i) {
@@ -46,18 +98,19 @@ SensorFigures measure_sensor(std::span<const datasets::Scan> scans,
       elevations.push_back(std::asin(std::clamp(p.z() / range_m, -1.0F, 1.0F)) *
                            static_cast<float>(kDegreesPerRadian));
     }
+    rings.insert(scan.ring.begin(), scan.ring.end());
     if (finite > figures.points) {
       figures.points = finite;
-      fullest = &scan;
+      fullest = std::move(scan);
     }
-    rings.insert(scan.ring.begin(), scan.ring.end());
   }
-  if (fullest == nullptr) return figures;
+  if (figures.points == 0) return figures;
+  figures.copies = static_cast<double>(with_copies) / static_cast<double>(each_once);
   figures.rings = static_cast<std::uint32_t>(rings.size());
   figures.farthest_m = static_cast<double>(quantile(std::span(ranges), 0.999));
   figures.lowest_deg = static_cast<double>(quantile(std::span(elevations), 0.005));
   figures.highest_deg = static_cast<double>(quantile(std::span(elevations), 0.995));
-  take_sampling(*fullest, figures);
+  take_sampling(fullest, figures);
   return figures;
 }
 

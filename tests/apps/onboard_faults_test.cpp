@@ -1,4 +1,5 @@
 // End-to-end tests of `unimapper onboard` on recordings with faults.
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -118,6 +119,32 @@ TEST_CASE("scans that cannot be used are refused one by one, counted, and labell
     CHECK_THAT(fixture.done({"--force"}), Contains(message));
     CHECK(fixture.stats()["scans_refused"].get<std::map<std::string, int>>() == refused);
     CHECK(fixture.stats()["scans"] == 12);
+    CHECK(fixture.stats()["allocations_after_start"] == 0);
+    fixture.check_labels(recording);
+  }
+}
+
+TEST_CASE("scans that repeat the one before while the robot moves are left out and counted") {
+  for (const bool moves : {true, false}) {
+    SmallRecording recording;
+    for (std::size_t i = 5; i < recording.scans.size(); ++i) {
+      if (i < 9) recording.scans[i] = recording.scans[4];
+      const auto stood_m = static_cast<double>(std::max<std::size_t>(i, 8) - 4);
+      if (!moves) recording.poses[i].translation.x() = stood_m;
+    }
+    const OnboardRun fixture(recording);
+    const std::string said = fixture.done({"--force"});
+    const std::string expected =
+        "4 of 12 scans repeat the one before point by point although the "
+        "robot moved, and are left out; the first is 000005";
+    const auto refused = fixture.stats()["scans_refused"].get<std::map<std::string, int>>();
+    if (moves) {
+      CHECK_THAT(said, Contains(expected) && Contains("scan 000005 refused: it repeats"));
+      CHECK(refused == std::map<std::string, int>{{"empty_scan", 4}});
+    } else {
+      CHECK_THAT(said, !Contains("although the robot moved"));
+      CHECK(refused.empty());
+    }
     CHECK(fixture.stats()["allocations_after_start"] == 0);
     fixture.check_labels(recording);
   }

@@ -388,6 +388,12 @@ TEST_CASE("scans that repeat and scans without points are said") {
     }
     CHECK_THAT(examined(recording), Contains("suspicious repeated scans: "));
   }
+  SECTION("repeated, and compensated for the motion since they were read") {
+    for (std::size_t i = 0; i < recording.scans.size(); ++i) {
+      recording.scans[i].fingerprint = 1 + i / 2;
+    }
+    CHECK_THAT(examined(recording), Contains("suspicious repeated scans: "));
+  }
   SECTION("all empty") {
     for (datasets::Scan& scan : recording.scans) scan.points.clear();
     CHECK_THAT(examined(recording), Contains("wrong points: ") && Contains("--format"));

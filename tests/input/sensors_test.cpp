@@ -140,6 +140,26 @@ TEST_CASE("spinning sensors with even rings are recognised, or one just like the
   }
 }
 
+TEST_CASE("a sensor that publishes most points twice is recognised, each point counted once") {
+  const datasets::Scan once = hall_scan(find_sheet("vlp-16")->model, 1800);
+  datasets::Scan twice;
+  for (std::size_t i = 0; i < once.points.size(); ++i) {
+    twice.points.insert(twice.points.end(), 2, once.points[i]);
+    twice.ring.insert(twice.ring.end(), 2, static_cast<std::uint16_t>(i % 16));
+  }
+  // Rays without a return are no copies of each other.
+  twice.points.insert(twice.points.end(), 1000, {0.0F, 0.0F, 0.0F, 0.0F});
+  twice.ring.insert(twice.ring.end(), 1000, 99);
+  const SensorFigures figures = measured(twice);
+  const SensorFigures expected = measured(once);
+  CHECK(figures.copies == Approx(2.0));
+  CHECK(expected.copies == Approx(1.0));
+  CHECK(figures.points == expected.points);
+  CHECK(figures.rings == 16);
+  CHECK(figures.ray_spacing_deg == Approx(expected.ray_spacing_deg));
+  CHECK(match_sensors(figures)[0].sheet == match_sensors(expected)[0].sheet);
+}
+
 TEST_CASE("a sensor named against what the points say is suspicious, one in another mode is not") {
   const SensorSheet& os1 = *find_sheet("os1-64");
   const SensorFigures figures = measured(hall_scan(os1.model, 512));

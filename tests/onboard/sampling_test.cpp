@@ -104,6 +104,24 @@ TEST_CASE("neither the points' order nor a tilt of the sensor's axis in their fr
   }
 }
 
+TEST_CASE(
+    "rays of points that are published twice are measured as those of points published once") {
+  Estimator with;
+  for (const int rings : {16, 64}) {
+    const std::vector<Eigen::Vector3f> once = scan_of(even_rings(rings, -15.0, 15.0), 1024);
+    std::vector<Eigen::Vector3f> in_turn;
+    for (const Eigen::Vector3f& point : once) in_turn.insert(in_turn.end(), 2, point);
+    std::vector<Eigen::Vector3f> behind = once;
+    behind.insert(behind.end(), once.begin(), once.end());
+    for (const auto& points : {in_turn, behind}) {
+      const auto found = with.measure(points);
+      REQUIRE(found.valid);
+      CHECK(found.sampling.azimuth_deg == Approx(360.0 / 1024).epsilon(0.08));
+      CHECK(found.sampling.elevation_deg == Approx(30.0 / (rings - 1)).epsilon(0.08));
+    }
+  }
+}
+
 TEST_CASE("of uneven rings the middle gap is measured") {
   // A third each 0.33, 0.33 and 0.5 degrees apart, as an HDL-64E has them.
   std::vector<double> rings;

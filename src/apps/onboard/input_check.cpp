@@ -120,6 +120,18 @@ CheckedInput check_input(const OnboardOptions& options, const OpenedInput& opene
   return {std::move(findings), found.sensor, std::move(found.steps.breaks)};
 }
 
+std::optional<input::Finding> check_repeated_clouds(const datasets::Dataset& dataset,
+                                                    const std::vector<std::size_t>& repeated,
+                                                    std::size_t scans) {
+  if (repeated.empty()) return std::nullopt;
+  return input::Finding{
+      "repeated clouds", input::Severity::kSuspicious,
+      100.0 * static_cast<double>(repeated.size()) / static_cast<double>(scans), "%",
+      input::text("%zu of %zu scans repeat the one before point by point although the robot moved, "
+                  "and are left out; the first is %s: was the driver or its sensor stuck?",
+                  repeated.size(), scans, dataset.scan_name(repeated.front()).c_str())};
+}
+
 std::optional<input::Finding> check_dynamic_share(double share, std::uint64_t scans) {
   // Measured: 0.05 to 25 % in right runs, above 49 % where poses or points were wrong.
   constexpr double kMost = 0.4;

@@ -39,6 +39,11 @@ OpenedInput open_input(const OnboardOptions& options);
 /// where it is surely wrong and --force was not given.
 CheckedInput check_input(const OnboardOptions& options, const OpenedInput& opened);
 
+/// Scans, `repeated` of the first `scans`, that repeat the one before although the robot moved;
+/// empty without any.
+[[nodiscard]] std::optional<input::Finding> check_repeated_clouds(
+    const datasets::Dataset& dataset, const std::vector<std::size_t>& repeated, std::size_t scans);
+
 /// A share of dynamic points, [0, 1], that no scene shows. Empty where scenes do.
 std::optional<input::Finding> check_dynamic_share(double share, std::uint64_t scans);
 

@@ -54,12 +54,17 @@ void Replay::run() {
 void Replay::feed(std::size_t index) {
   dataset_.read_scan(index, scan_);
   points_.push_back(scan_.points.size());
+  PointView points = scan_.view();
+  if (repeats_.add(scan_.fingerprint, dataset_.pose(index))) {
+    repeated_.push_back(index);
+    points.count = 0;
+  }
   if (options_.realtime) std::this_thread::sleep_until(due(index));
   ScanResult result;
   const auto called = std::chrono::steady_clock::now();
   {
     const linux_port::AllocationGuard guard;
-    result = pipeline_.add_scan(scan_.view(), dataset_.pose(index), dataset_.stamp_ns(index));
+    result = pipeline_.add_scan(points, dataset_.pose(index), dataset_.stamp_ns(index));
   }
   const auto returned = std::chrono::steady_clock::now();
   if (result.keyframe_ready) {
@@ -68,9 +73,12 @@ void Replay::feed(std::size_t index) {
                                          options_.realtime && returned > due(index + 1));
   }
   share(result, true);
-  outputs_.statistics.add_scan(scan_.points.size(), result.error);
+  outputs_.statistics.add_scan(points.count, result.error);
   // A jump of the pose closes the keyframe before it, and the scan itself is refused.
-  if (result.error.code != ErrorCode::kOk) report_refusal(index, result.error);
+  if (result.error.code != ErrorCode::kOk) {
+    const bool is_left_out = !repeated_.empty() && repeated_.back() == index;
+    report_refusal(index, is_left_out ? "it repeats the one before" : result.error.message);
+  }
   handle(result);
   outputs_.progress.update(index + 1, std::to_string(outputs_.statistics.keyframes()) +
                                           " keyframes, " + std::to_string(loops_.size()) +
@@ -96,7 +104,7 @@ std::chrono::steady_clock::time_point Replay::due(std::size_t index) const {
   return start_ + std::chrono::nanoseconds(since_start_ns);
 }
 
-void Replay::report_refusal(std::size_t index, const Error& error) {
+void Replay::report_refusal(std::size_t index, const std::string& reason) {
   // Every input scan gets its labels: without a decision all points count as static.
   outputs_.folder.write_labels(dataset_.scan_name(index), {}, points_of(index));
   if (options_.final_labels) {
@@ -105,7 +113,7 @@ void Replay::report_refusal(std::size_t index, const Error& error) {
   constexpr std::uint64_t kMaxNotes = 10;
   const std::uint64_t refused = outputs_.statistics.scans_refused();
   if (refused > kMaxNotes) return;
-  outputs_.progress.note("scan " + dataset_.scan_name(index) + " refused: " + error.message +
+  outputs_.progress.note("scan " + dataset_.scan_name(index) + " refused: " + reason +
                          (refused == kMaxNotes ? " (further refusals only in stats.json)" : ""));
 }
 

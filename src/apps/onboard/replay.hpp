@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
@@ -18,6 +19,7 @@
 #include "src/apps/onboard/progress.hpp"
 #include "src/apps/onboard/run_folder.hpp"
 #include "src/apps/onboard/run_statistics.hpp"
+#include "src/input/ranges.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 namespace unimapper::apps {
@@ -53,6 +55,8 @@ class Replay {
   void run();
 
   [[nodiscard]] const std::vector<LoopRecord>& loops() const { return loops_; }
+  /// Scans left out as they repeat the one before although the robot moved, in order.
+  [[nodiscard]] const std::vector<std::size_t>& repeated() const { return repeated_; }
   /// Allocations made inside the pipeline's own calls.
   [[nodiscard]] std::uint64_t allocations() const { return allocations_; }
 
@@ -67,7 +71,7 @@ class Replay {
   [[nodiscard]] std::chrono::steady_clock::time_point due(std::size_t index) const;
   void share(const ScanResult& result, bool is_scan);
   void handle(const ScanResult& result);
-  void report_refusal(std::size_t index, const Error& error);
+  void report_refusal(std::size_t index, const std::string& reason);
   void collect_keyframe();
   void collect_labels(const KeyframeView& keyframe);
   /// Relabels the scans of an evicted keyframe.
@@ -89,6 +93,8 @@ class Replay {
   ReplayOptions options_;
   ReplayOutputs outputs_;
   datasets::Scan scan_;
+  input::RepeatedScans repeats_;
+  std::vector<std::size_t> repeated_;
   std::vector<std::size_t> points_;  // of every scan fed so far, from the first on
   std::vector<KeyframeScan> scans_;  // of a keyframe, by their numbers in the recording
   std::vector<PointLabel> labels_;

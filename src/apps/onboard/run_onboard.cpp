@@ -23,6 +23,7 @@
 #include "src/apps/output_guard.hpp"
 #include "src/core/tilt_prior.hpp"
 #include "src/core/voxel_key.hpp"
+#include "src/input/text.hpp"
 #include "src/merge/export/loops_csv.hpp"
 #include "src/wire/keyframe_limits.hpp"
 #include "unimapper/config/config_json.hpp"
@@ -71,55 +72,6 @@ void enlarge_capacity_for(const std::vector<EarlierSession>& earlier, std::size_
   constexpr std::size_t kMostPlaces = 65534;
   const auto needed = static_cast<std::uint32_t>(std::min(places, kMostPlaces));
   config.loop_search.max_places = std::max(config.loop_search.max_places, needed);
-}
-
-/// Whether numbered files of a format of scans lie in the folder.
-bool holds_scans(const fs::path& folder) {
-  std::error_code ignored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
-    const std::string stem = entry.path().stem().string();
-    if (stem.find_first_of("0123456789") == std::string::npos) continue;
-    const std::string extension = entry.path().extension().string();
-    for (const std::string_view one : {".bin", ".pcd", ".ply"}) {
-      if (extension == one && entry.is_regular_file(ignored)) return true;
-    }
-  }
-  return false;
-}
-
-/// The folder of the recording's scans that `out` is, lies in, or holds; empty if there is none.
-fs::path scans_at(const fs::path& dataset, const fs::path& out) {
-  std::error_code ignored;
-  // The recording may hold its scans by a link.
-  for (const fs::directory_entry& entry : fs::directory_iterator(dataset, ignored)) {
-    if (fs::equivalent(entry.path(), out, ignored) && holds_scans(out)) return entry.path();
-  }
-  // `out` may be a link into the recording.
-  const fs::path inside = fs::weakly_canonical(fs::absolute(out), ignored)
-                              .lexically_relative(fs::canonical(dataset, ignored));
-  if (inside.empty() || *inside.begin() == ".." || *inside.begin() == ".") return {};
-  fs::path folder = dataset;
-  for (const fs::path& part : inside) {
-    folder /= part;
-    if (holds_scans(folder)) return folder;
-  }
-  for (const fs::directory_entry& entry : fs::directory_iterator(out, ignored)) {
-    if (entry.is_directory(ignored) && holds_scans(entry.path())) return entry.path();
-  }
-  return {};
-}
-
-/// A run in the recording would pass for a part of it: its labels for the recording's own.
-void require_another_folder(const OnboardOptions& options) {
-  std::error_code ignored;
-  if (fs::equivalent(options.dataset, options.out, ignored)) {
-    throw std::runtime_error(options.out.string() +
-                             ": is the recording itself; choose another --out");
-  }
-  const fs::path scans = scans_at(options.dataset, options.out);
-  if (scans.empty()) return;
-  throw std::runtime_error(options.out.string() + ": the recording has scans in " + scans.string() +
-                           "; choose another --out");
 }
 
 std::string describe_run(const OnboardOptions& options, const RunFolder& folder,
@@ -382,7 +334,7 @@ std::size_t write_labels_of_rest(const datasets::Dataset& dataset,
 void run_onboard(const OnboardOptions& options) {
   const std::optional<keys::RobotKey> key = read_key(options);
   check_output_folder(options.out, Output::kRun, options.replaces);
-  require_another_folder(options);
+  check_outside_recording(options.out, options.dataset);
   const OpenedInput opened = open_input(options);
   const auto& dataset = opened.dataset;
   CheckedInput checked = check_input(options, opened);
@@ -392,7 +344,7 @@ void run_onboard(const OnboardOptions& options) {
     if (finding.severity != input::Severity::kFine) print_warning(finding);
     findings.push_back(finding);
   }
-  const FirstScans first = look_at_first_scans(options, *dataset, sensor.model);
+  const FirstScans first = look_at_first_scans(options, *dataset, sensor.model, checked.sensor);
   PipelineConfig config = make_config(options, sensor.model, first);
   const std::size_t scans = std::min(options.scans, dataset->scan_count());
 
@@ -419,6 +371,13 @@ void run_onboard(const OnboardOptions& options) {
   if (first.columns > 0) {
     progress.note("room for a mode of " + std::to_string(first.columns) + " columns");
   }
+  if (first.copies > kNotedCopies) {
+    progress.note(
+        input::text("points are there %.2f times on average, exact copies counted: both "
+                    "returns of a ray that are one? The sensor's rays are measured "
+                    "without copies",
+                    first.copies));
+  }
   if (first.surroundings == Surroundings::kOutdoors) {
     SensorModel mode = sensor.model;
     if (first.columns > 0) mode.points_per_scan = first.columns * mode.rings;
@@ -436,6 +395,7 @@ void run_onboard(const OnboardOptions& options) {
   run.surroundings = surroundings_name(first.surroundings);
   run.extent_m = first.extent_m;
   std::vector<LoopRecord> loops;
+  std::vector<std::size_t> repeated;
   const linux_port::HostLoad load_before = linux_port::host_load();
   for (std::size_t index = 0; index < ranges.size(); ++index) {
     // No evidence and no loop of the robot's reaches beyond a break of the odometry.
@@ -470,6 +430,7 @@ void run_onboard(const OnboardOptions& options) {
     replay.run();
     folder.failures().attempt([&log] { log.finish(); });
     loops.insert(loops.end(), replay.loops().begin(), replay.loops().end());
+    repeated.insert(repeated.end(), replay.repeated().begin(), replay.repeated().end());
     run.allocations_after_start += replay.allocations();
     run.arena_bytes = pipeline.bytes();
     run.sessions.push_back(info.name);
@@ -491,6 +452,10 @@ void run_onboard(const OnboardOptions& options) {
 
   folder.failures().attempt([&events] { events.finish(); });
   folder.write_text("loops.csv", merge::format_loops_csv(loops));
+  if (const auto found = check_repeated_clouds(*dataset, repeated, scans)) {
+    print_warning(*found);
+    findings.push_back(*found);
+  }
   if (const auto found = check_dynamic_share(statistics.dynamic_share(), statistics.scans())) {
     print_warning(*found);
     findings.push_back(*found);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -148,10 +149,12 @@ void estimate_surroundings(const datasets::Dataset& dataset, std::size_t scans, 
 }  // namespace
 
 FirstScans look_at_first_scans(const OnboardOptions& options, const datasets::Dataset& dataset,
-                               const SensorModel& sensor) {
+                               const SensorModel& sensor, const input::SensorFigures& figures) {
   const std::size_t scans =
       std::min<std::size_t>({SurroundingsEstimator::kScans, options.scans, dataset.scan_count()});
   FirstScans first;
+  first.copies = figures.copies;
+  first.recorded_points = figures.recorded_points;
   if (scans > 1) {
     const double lasted_ns =
         static_cast<double>(dataset.stamp_ns(scans - 1)) - static_cast<double>(dataset.stamp_ns(0));
@@ -174,6 +177,13 @@ PipelineConfig make_config(const OnboardOptions& options, const SensorModel& sen
                            const FirstScans& first) {
   PipelineConfig config = adapt_to(
       first.surroundings, start_from(options.preset, sensor, first.columns), first.scan_interval_s);
+  if (first.copies > kNotedCopies) {
+    // Both returns of all rays are at most twice as many; a quarter more than what was looked at.
+    std::uint32_t& points = config.keyframe.max_points_per_scan;
+    const std::size_t wanted = first.recorded_points + first.recorded_points / 4;
+    points =
+        std::max(points, static_cast<std::uint32_t>(std::min<std::size_t>(wanted, 2 * points)));
+  }
   config.deferred = options.deferred;
   config.clock_ns = &steady_clock_ns;  // before the file is read: a budget in it needs a clock
   if (!options.config.empty()) {
@@ -189,10 +199,10 @@ std::string effective_config(const OnboardOptions& options) {
     return dump_config(make_config(options, choose_sensor(options, {}, {}).model, none));
   }
   const auto dataset = datasets::open_dataset(options.dataset, open_options(options));
-  const SensorModel sensor =
-      choose_sensor(options, dataset->sensor(), input::examine(*dataset, options.scans).sensor)
-          .model;
-  return dump_config(make_config(options, sensor, look_at_first_scans(options, *dataset, sensor)));
+  const input::SensorFigures figures = input::examine(*dataset, options.scans).sensor;
+  const SensorModel sensor = choose_sensor(options, dataset->sensor(), figures).model;
+  return dump_config(
+      make_config(options, sensor, look_at_first_scans(options, *dataset, sensor, figures)));
 }
 
 }  // namespace unimapper::apps

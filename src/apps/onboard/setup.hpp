@@ -44,18 +44,24 @@ struct FirstScans {
   float extent_m = 0.0F;         ///< as in `SurroundingsEstimate`; 0: nothing was measured
   float scan_interval_s = 0.1F;  ///< between scans
   std::uint32_t columns = 0;     ///< of the sensor's mode; 0: as its data sheet says
+  double copies = 1.0;           ///< how often points are published, as in `input::SensorFigures`
+  std::size_t recorded_points = 0;  ///< of the fullest scan that was looked at, all
 };
+
+/// From so many copies on there is room for them, and they are said.
+constexpr double kNotedCopies = 1.01;
 
 /// The name of surroundings: "indoors" or "outdoors".
 [[nodiscard]] std::string_view surroundings_name(Surroundings surroundings);
 
-/// Looks at the first scans of `dataset`. --surroundings overrides what they say; the paper's
-/// preset knows outdoors and the data sheet only.
+/// Looks at the first scans of `dataset`, whose points say `figures`. --surroundings overrides what
+/// they say; the paper's preset knows outdoors and the data sheet only.
 FirstScans look_at_first_scans(const OnboardOptions& options, const datasets::Dataset& dataset,
-                               const SensorModel& sensor);
+                               const SensorModel& sensor, const input::SensorFigures& figures);
 
-/// The chosen preset for the sensor and for what its first scans say, with the configuration file
-/// on top. Throws std::runtime_error for an unknown preset or a wrong file.
+/// The chosen preset for the sensor and for what its first scans say, with room for points that are
+/// published twice, and the configuration file on top. Throws std::runtime_error for an unknown
+/// preset or a wrong file.
 PipelineConfig make_config(const OnboardOptions& options, const SensorModel& sensor,
                            const FirstScans& first);
 

@@ -415,7 +415,12 @@ void SamplingEstimator::add_gaps(Patch& patch, const Axis& axis) noexcept {
   }
 }
 
-void SamplingEstimator::add_ring(const Ray* rays, std::uint32_t count) noexcept {
+void SamplingEstimator::add_ring(Ray* rays, std::uint32_t count) noexcept {
+  // Both returns of a ray may be one point, published twice.
+  const Ray* const end = std::unique(rays, rays + count, [](const Ray& a, const Ray& b) noexcept {
+    return a.azimuth_deg == b.azimuth_deg;
+  });
+  count = static_cast<std::uint32_t>(end - rays);
   for (std::uint32_t i = 1; i + 1 < count; ++i) {
     const float before = rays[i].azimuth_deg - rays[i - 1].azimuth_deg;
     const float after = rays[i + 1].azimuth_deg - rays[i].azimuth_deg;

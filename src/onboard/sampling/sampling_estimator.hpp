@@ -94,7 +94,7 @@ class SamplingEstimator {
   void conclude() noexcept;
   [[nodiscard]] float score(const Axis& axis) noexcept;
   void add_gaps(Patch& patch, const Axis& axis) noexcept;
-  void add_ring(const Ray* rays, std::uint32_t count) noexcept;
+  void add_ring(Ray* rays, std::uint32_t count) noexcept;
 
   Task task_ = Task::kDone;
   SlicedLoop loop_;
