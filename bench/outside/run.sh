@@ -4,7 +4,7 @@
 # A designed sample of scenes, LiDARs, columns, rings, mountings, odometry starts and noise
 # (bench/outside/sample.sh), not every combination. Each drive is labelled on the robot, by the
 # merger where a target asks for it, and scored on what has begun to move; mounted ones are scored
-# on up, too, and pairs of tilted LiDARs and of halls are merged. Prints the tables of docs/limits.md:
+# on up, too, and pairs of tilted LiDARs and of halls are merged. Prints the tables of docs/results-outside.md:
 # targets, reached or missed; every drive; mountings; pairs; halls. A missed target is a result, no failure. Frames with
 # the most wrong points of each drive that missed go to build/bench/outside/pictures.
 #
