@@ -59,8 +59,6 @@ times() {
       }
     }' "$out/latency-$1.md"
 }
-# warm_up NAME ROW: the median of the keyframes before
-warm_up() { awk -F ' *[|] *' -v row="$2" '$2 == row { printf "%.1f", $7 }' "$out/latency-$1.md"; }
 megabytes() { awk '/^[0-9]+ MB[.]$/ { printf "%s", $1 }' "$out/latency-$1.md"; }
 
 # ---------------------------------------------------------------------------------------------
@@ -171,30 +169,6 @@ call_cells() {
   printf '%s / %s' "$(megabytes "$1")" "$(megabytes "$1-deferred")"
 }
 
-# stage_table NAME: a row per stage of one recording
-stage_table() {
-  local stage
-  echo "| $(lidar "$1"): ms | p50 | p90 | max | warm-up: p50 |"
-  rule 5
-  for stage in ingest removal description search total "every call" "closing call" "other calls"; do
-    row "$(stage_title "$stage")" 4 stage_cells "$1" "$stage"
-  done
-}
-stage_title() {
-  case "$1" in
-    ingest) echo "ingest (ten scans)" ;;
-    total) echo "a keyframe in all" ;;
-    "every call") echo "every call of \`add_scan\`" ;;
-    "closing call") echo "calls that close a keyframe" ;;
-    *) echo "$1" ;;
-  esac
-}
-stage_cells() {
-  local column
-  for column in p50 p90 max; do printf '%s | ' "$(times "$1" "$2" $column)"; done
-  warm_up "$1" "$2"
-}
-
 # presets_table: a row per computer, a column per LiDAR
 presets_table() {
   local preset
@@ -213,7 +187,6 @@ preset_cells() {
 
 table keyframes keyframes_table
 table latency-calls calls_table
-table latency-stages stage_table os2-128
 table preset-times presets_table
 if only_layout; then exit 0; fi
 echo

@@ -4,7 +4,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 expected='3: a table of figures that no command writes
 8: printed is: | ATE rmse, m |
-15: printed is: | ingest (ten scans) |
+15: printed is: | OS2-128 |
 24: printed is: | `armv7-64mb` |
 29: printed is: | `default` |
 32: the command does not print this table
