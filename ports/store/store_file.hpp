@@ -8,7 +8,7 @@
 
 namespace unimapper::store {
 
-/// The schema this version writes; docs/base.md describes it.
+/// The schema this version writes; docs/design/store.md describes it.
 inline constexpr int kSchemaVersion = 6;
 
 /// Name of the database in a store's folder.
