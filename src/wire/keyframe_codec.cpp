@@ -27,6 +27,7 @@ KeyframeContent content_of(const KeyframeRecord& record) {
   content.reference_scan = record.reference_scan;
   content.T_odometry_keyframe = record.T_odometry_keyframe;
   content.up = record.up;
+  content.odometry_contradicted = record.odometry_contradicted;
   content.scans = record.scans;
   content.cell_size_m = record.cell_size_m;
   content.static_cells = record.static_cells;
@@ -282,7 +283,9 @@ struct RecordHead {
 const char* read_head(LittleEndianReader& in, RecordHead& head, KeyframeRecord& record) {
   if (in.get<std::uint32_t>() != kKeyframeMagic) return "not a keyframe";
   if (in.get<std::uint16_t>() != kKeyframeSchema) return "unknown schema version";
-  if (in.get<std::uint16_t>() != 0) return "reserved bytes are not zero";
+  const auto flags = in.get<std::uint16_t>();
+  if ((flags & ~kOdometryContradicted) != 0) return "unknown flags";
+  record.odometry_contradicted = (flags & kOdometryContradicted) != 0;
   record.session.robot = in.get<std::uint32_t>();
   record.session.boot.low = in.get<std::uint64_t>();
   record.session.boot.high = in.get<std::uint64_t>();

@@ -13,6 +13,9 @@ inline constexpr std::size_t kPlaneBytes = 10;
 inline constexpr std::size_t kUpBytes = 12;
 inline constexpr std::size_t kCellEdgeBytes = 2;
 
+/// Flag: the scans contradict the odometry.
+inline constexpr std::uint16_t kOdometryContradicted = 1;
+
 /// Edges of cells that a keyframe may have, metres.
 inline constexpr float kSmallestCellM = 0.01F;
 inline constexpr float kLargestCellM = 10.0F;

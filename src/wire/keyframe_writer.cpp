@@ -238,7 +238,7 @@ std::size_t put_summary(SpanWriter& out, const WriterInput& input,
   const KeyframeContent& keyframe = input.keyframe;
   out.put(kKeyframeMagic);
   out.put(kKeyframeSchema);
-  out.put(std::uint16_t{0});
+  out.put(keyframe.odometry_contradicted ? kOdometryContradicted : std::uint16_t{0});
   out.put(input.session.robot);
   out.put(input.session.boot.low);
   out.put(input.session.boot.high);

@@ -180,6 +180,7 @@ TEST_CASE("The summary counts loops, shared points, changes and the sessions' po
   for (KeyframeRecord& keyframe : sessions[1].keyframes) {
     keyframe.points_in = 1000;
     keyframe.points_dynamic = 10;
+    keyframe.odometry_contradicted = true;
   }
   sessions[1].complete = true;
   sessions[1].keyframes_missing = 4;
@@ -224,6 +225,7 @@ TEST_CASE("The summary counts loops, shared points, changes and the sessions' po
                                                {"sensor", "os2-128"},
                                                {"complete", true},
                                                {"keyframes_up_known", 0},
+                                               {"keyframes_odometry_contradicted", 3},
                                                {"keyframes_missing", 4},
                                                {"keyframes_by_summary", 0},
                                                {"keyframes_damaged", 2},

@@ -38,7 +38,7 @@ struct Robot {
   void add(const Scene& scene, const Pose& truth, const Pose& given) {
     const LabelledScan scan = scene.scan(truth, 0.1 * scans);
     if (!(*pipeline)->add_scan(scan.view(), given, kPeriodNs * ++scans).keyframe_ready) return;
-    contradicted += (*pipeline)->keyframe().statistics->odometry_contradicted ? 1 : 0;
+    contradicted += (*pipeline)->keyframe().odometry_contradicted ? 1 : 0;
   }
 };
 

@@ -32,6 +32,7 @@ std::string error_of(const std::vector<std::uint8_t>& bytes) {
 TEST_CASE("the decoded keyframe equals the quantised one, to the last bit") {
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     KeyframeRecord record = random_record(seed, static_cast<std::uint32_t>(seed * 97));
+    record.odometry_contradicted = seed % 2 == 1;
     const std::vector<std::uint8_t> from_raw = encode_keyframe(record);
     quantise(record);
     const std::vector<std::uint8_t> bytes = encode_keyframe(record);
@@ -177,6 +178,8 @@ TEST_CASE("forged fields are refused with the reason") {
   const std::tuple<std::size_t, const char*, const char*> forgeries[] = {
       {0, "58", "not a keyframe"},
       {kSchemaAt, "07", "unknown schema version"},
+      {kSchemaAt + 2, "02", "unknown flags"},
+      {kSchemaAt + 3, "01", "unknown flags"},
       {kReferenceScanAt, "02", "reference scan"},
       {kPoseAt, "000000000000F87F", "not finite"},
       {kPoseAt, "0000000000000040", "not a rotation"},

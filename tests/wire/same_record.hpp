@@ -26,6 +26,7 @@ inline void check_same(const KeyframeRecord& a, const KeyframeRecord& b) {
   CHECK(a.reference_scan == b.reference_scan);
   CHECK(a.points_in == b.points_in);
   CHECK(a.points_dynamic == b.points_dynamic);
+  CHECK(a.odometry_contradicted == b.odometry_contradicted);
   CHECK(a.left_out == b.left_out);
   CHECK(same(a.T_odometry_keyframe, b.T_odometry_keyframe));
   CHECK(a.up == b.up);

@@ -110,6 +110,8 @@ struct KeyframeContent {
   PlaceView place;                         ///< keypoints and planes of the static cells
   std::uint64_t points_in = 0;             ///< scan points that went into the keyframe
   std::uint64_t points_dynamic = 0;        ///< scan points removed as dynamic
+  /// Far more cells than in the keyframes before are dynamic: the scans contradict the odometry.
+  bool odometry_contradicted = false;
 };
 
 }  // namespace unimapper

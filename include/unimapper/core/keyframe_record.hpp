@@ -42,6 +42,7 @@ struct KeyframeRecord {
   std::vector<CodedImage> images;          ///< free-space images
   std::uint64_t points_in = 0;             ///< scan points that went into the keyframe
   std::uint64_t points_dynamic = 0;        ///< scan points removed as dynamic
+  bool odometry_contradicted = false;      ///< as in `KeyframeContent`
   std::uint64_t left_out = 0;  ///< cells, keypoints and planes too far away for the wire
 
   /// The descriptor; it points into this record.

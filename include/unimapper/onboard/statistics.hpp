@@ -83,9 +83,7 @@ struct KeyframeStatistics {
   float odometry_tilt_deg = 0.0F;
   bool up_known = false;         ///< as in `KeyframeUp`
   bool up_contradicted = false;  ///< up is not where `odometry.up_sigma_deg` says, by three sigma
-  /// Far more cells than in the keyframes before are dynamic: the scans contradict the odometry.
-  bool odometry_contradicted = false;
-  SamplingStatistics sampling;  ///< of the sensor
+  SamplingStatistics sampling;   ///< of the sensor
   /// Root mean square of the scans' roll and pitch against the ground of the scans before, degrees,
   /// over the last few keyframes, less the error of that measurement; 0 where it is not clearly
   /// more than its error, where too little ground is seen, or where `sweep_tilt_deg` is what it is.

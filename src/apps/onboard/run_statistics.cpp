@@ -70,7 +70,7 @@ void RunStatistics::add_keyframe(const KeyframeView& keyframe, std::int64_t dura
   dynamic_cells_ += statistics.dynamic_cells;
   if (statistics.up_known) odometry_tilt_deg_.push_back(statistics.odometry_tilt_deg);
   up_contradicted_ += statistics.up_contradicted ? 1 : 0;
-  odometry_contradicted_ += statistics.odometry_contradicted ? 1 : 0;
+  odometry_contradicted_ += keyframe.odometry_contradicted ? 1 : 0;
   for (std::size_t i = 0; i < kCapacities; ++i) {
     capacity_[i].used = std::max(capacity_[i].used, statistics.capacity[i].used);
     capacity_[i].capacity = std::max(capacity_[i].capacity, statistics.capacity[i].capacity);

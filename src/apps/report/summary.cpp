@@ -34,6 +34,7 @@ SessionSummary summarize_session(const SessionData& session, const merge::Merged
   for (const KeyframeRecord& keyframe : session.keyframes) {
     s.points_in += keyframe.points_in;
     s.up_known += keyframe.up.known ? 1 : 0;
+    s.odometry_contradicted += keyframe.odometry_contradicted ? 1 : 0;
     dynamic += keyframe.points_dynamic;
   }
   if (s.points_in > 0) {

@@ -20,7 +20,8 @@ struct SessionSummary {
   merge::SessionStatus status = merge::SessionStatus::kUnconnected;
   std::string reason;  ///< why it is not connected
   std::size_t keyframes = 0;
-  std::size_t up_known = 0;  ///< keyframes that know up
+  std::size_t up_known = 0;               ///< keyframes that know up
+  std::size_t odometry_contradicted = 0;  ///< keyframes whose scans contradict the odometry
   std::uint64_t missing = 0;
   std::uint64_t damaged = 0;
   bool complete = false;

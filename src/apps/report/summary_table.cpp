@@ -101,6 +101,13 @@ std::string summary_table(const ReportInput& input) {
             std::to_string(session.keyframes) + " keyframes, nothing tells how level they are\n";
   }
   for (const SessionSummary& session : summary.sessions) {
+    if (session.odometry_contradicted == 0) continue;
+    text += session.name + ": warning: scans contradict the odometry in " +
+            std::to_string(session.odometry_contradicted) + " of " +
+            std::to_string(session.keyframes) +
+            " keyframes: it may have jumped, or the robot was carried\n";
+  }
+  for (const SessionSummary& session : summary.sessions) {
     if (session.reason.empty()) continue;
     const char* outcome = merge::is_in_map(session.status) ? "" : " is not connected";
     text += session.name + outcome + ": " + session.reason + "\n";

@@ -51,8 +51,10 @@ nlohmann::ordered_json session_summary(const SessionData& session, const MergedS
   std::uint64_t points_in = 0;
   std::uint64_t points_dynamic = 0;
   std::uint64_t up_known = 0;
+  std::uint64_t contradicted = 0;
   for (const auto& keyframe : session.keyframes) {
     up_known += keyframe.up.known ? 1 : 0;
+    contradicted += keyframe.odometry_contradicted ? 1 : 0;
     points_in += keyframe.points_in;
     points_dynamic += keyframe.points_dynamic;
   }
@@ -61,6 +63,7 @@ nlohmann::ordered_json session_summary(const SessionData& session, const MergedS
   json["status"] = status_name(merged.status);
   json["keyframes"] = session.keyframes.size();
   json["keyframes_up_known"] = up_known;
+  json["keyframes_odometry_contradicted"] = contradicted;
   json["sensor"] = session.info.sensor;
   json["complete"] = session.complete;
   json["keyframes_missing"] = session.keyframes_missing;

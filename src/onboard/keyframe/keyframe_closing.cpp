@@ -155,7 +155,7 @@ void Pipeline::State::write_view() noexcept {
   } else {
     odometry.add(current->statistics.dynamic_cells, current->statistics.cells);
   }
-  current->statistics.odometry_contradicted = odometry.is_contradicted();
+  view.odometry_contradicted = odometry.is_contradicted();
   view.statistics = &current->statistics;
   current->use(Capacity::kBlocks, window.blocks().size(), window.blocks().capacity());
 }
