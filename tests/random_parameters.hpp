@@ -1,14 +1,7 @@
 // Random values for the members of a configuration struct, through its parameter table.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <random>
-#include <span>
-#include <string>
-
+#include "tests/test.hpp"
 #include "unimapper/core/parameter_table.hpp"
 
 namespace unimapper::test {

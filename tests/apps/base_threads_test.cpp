@@ -1,13 +1,10 @@
 // Tests of the threads of a base that localise robots or merge what it stores.
-#include <catch2/catch.hpp>
-#include <mutex>
-#include <stdexcept>
-
 #include "ports/store/store_reader.hpp"
 #include "src/apps/base/localisation_thread.hpp"
 #include "src/apps/base/merge_thread.hpp"
 #include "tests/apps/stored.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/stream.hpp"
 
 using namespace unimapper;

@@ -1,7 +1,7 @@
 // Labels of points after the cells they went into
 #include "src/apps/merge/cell_labels.hpp"
 
-#include <catch2/catch.hpp>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;

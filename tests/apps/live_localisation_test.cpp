@@ -1,17 +1,13 @@
 // Tests of a base's localisation of robots, on a store and without a network.
 #include "src/apps/base/live_localisation.hpp"
 
-#include <catch2/catch.hpp>
-#include <filesystem>
-#include <numeric>
-#include <stdexcept>
-
 #include "ports/store/database.hpp"
 #include "ports/store/store_reader.hpp"
 #include "src/apps/upper_triangle.hpp"
 #include "tests/apps/stored.hpp"
 #include "tests/merge/known_map.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;

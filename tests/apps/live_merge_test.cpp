@@ -1,19 +1,13 @@
 // Tests of a base's merges while robots drive, on a store and without a network.
 #include "src/apps/base/live_merge.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <map>
-#include <optional>
-#include <utility>
-#include <vector>
-
 #include "ports/store/project_writer.hpp"
 #include "ports/store/store_reader.hpp"
 #include "src/apps/map/project_merge.hpp"
 #include "tests/apps/stored.hpp"
 #include "tests/merge/known_map.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;

@@ -1,9 +1,7 @@
 // End-to-end tests of what is kept and what is overwritten: runs, maps, simulations, exports.
-#include <algorithm>
-#include <catch2/catch.hpp>
-
 #include "ports/datasets/files.hpp"
 #include "tests/apps/command.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;

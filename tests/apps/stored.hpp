@@ -1,11 +1,8 @@
 // Keyframes in a base's store as a robot's would be.
 #pragma once
 
-#include <catch2/catch.hpp>
-#include <utility>
-#include <vector>
-
 #include "ports/store/keyframe_store.hpp"
+#include "tests/test.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
 namespace unimapper::apps {

@@ -1,11 +1,8 @@
 // Tests of the latency measurement: warm-up, steady state, calls and their percentiles.
-#include <catch2/catch.hpp>
-#include <string>
-#include <vector>
-
 #include "bench/latency/drive.hpp"
 #include "bench/latency/measurement.hpp"
 #include "tests/onboard/run.hpp"
+#include "tests/test.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"
 
 namespace {

@@ -1,13 +1,7 @@
 // Tests of the place recognition benchmark: scores of a pair of drives, means of rows, STD's file.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <string>
-
 #include "bench/places/pair_row.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::bench;

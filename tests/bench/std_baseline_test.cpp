@@ -4,11 +4,7 @@
 // no basis for a comparison.
 #include "bench/places/std_baseline.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <limits>
-#include <random>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::bench;

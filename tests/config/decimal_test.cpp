@@ -1,13 +1,9 @@
 // Decimal numbers as text.
 #include "unimapper/core/decimal.hpp"
 
-#include <array>
-#include <catch2/catch.hpp>
 #include <charconv>
-#include <cstring>
-#include <limits>
-#include <random>
-#include <string>
+
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

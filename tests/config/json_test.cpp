@@ -1,7 +1,5 @@
 // Configurations as JSON.
-#include <catch2/catch.hpp>
-#include <cstring>
-
+#include "tests/test.hpp"
 #include "unimapper/config/config_json.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/onboard/config.hpp"

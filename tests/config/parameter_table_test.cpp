@@ -1,10 +1,7 @@
 // Parameter tables: ranges, texts, misspelt names.
 #include "unimapper/core/parameter_table.hpp"
 
-#include <array>
-#include <catch2/catch.hpp>
-#include <limits>
-
+#include "tests/test.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::test {

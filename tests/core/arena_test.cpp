@@ -1,9 +1,7 @@
 // Tests of the arena.
 #include "unimapper/core/arena.hpp"
 
-#include <array>
-#include <catch2/catch.hpp>
-#include <cstdint>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

@@ -4,12 +4,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <csetjmp>
 #include <csignal>
-#include <string>
 #include <type_traits>
 
+#include "tests/test.hpp"
 #include "unimapper/core/expected.hpp"
 
 namespace {

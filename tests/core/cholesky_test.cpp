@@ -1,9 +1,7 @@
 // Tests of the Cholesky solver.
 #include "src/core/cholesky.hpp"
 
-#include <Eigen/Core>
-#include <catch2/catch.hpp>
-#include <limits>
+#include "tests/test.hpp"
 
 using unimapper::Cholesky;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;

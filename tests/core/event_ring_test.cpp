@@ -1,10 +1,7 @@
 // Tests of the event ring: empty, single, many, full, wrapped around, two threads at once.
 #include "unimapper/core/event_ring.hpp"
 
-#include <catch2/catch.hpp>
-#include <string>
-#include <thread>
-
+#include "tests/test.hpp"
 #include "unimapper/core/owned.hpp"
 
 using namespace unimapper;

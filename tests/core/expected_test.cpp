@@ -1,8 +1,7 @@
 // Tests of Expected.
 #include "unimapper/core/expected.hpp"
 
-#include <catch2/catch.hpp>
-#include <string>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

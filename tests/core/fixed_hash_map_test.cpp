@@ -1,14 +1,10 @@
 // Tests of the fixed-capacity hash map.
 #include "src/core/fixed_hash_map.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cstddef>
-#include <iterator>
 #include <unordered_map>
-#include <vector>
 
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/owned.hpp"
 
 using namespace unimapper;

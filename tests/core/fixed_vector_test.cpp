@@ -1,8 +1,7 @@
 // Tests of the fixed-capacity vector.
 #include "src/core/fixed_vector.hpp"
 
-#include <array>
-#include <catch2/catch.hpp>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

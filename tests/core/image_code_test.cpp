@@ -1,12 +1,8 @@
 // Tests of the free-space image code.
 #include "src/core/image_code.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <limits>
-#include <vector>
-
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

@@ -1,9 +1,7 @@
 // Tests of the nearest rotation (orthogonal Procrustes).
 #include "src/core/nearest_rotation.hpp"
 
-#include <Eigen/Geometry>
-#include <catch2/catch.hpp>
-#include <cmath>
+#include "tests/test.hpp"
 
 using unimapper::nearest_rotation;
 

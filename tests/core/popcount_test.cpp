@@ -2,9 +2,9 @@
 #include "src/core/popcount.hpp"
 
 #include <bit>
-#include <catch2/catch.hpp>
 
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 
 TEST_CASE("set bits are counted as the standard library counts them") {
   CHECK(unimapper::popcount(0) == 0);

@@ -1,8 +1,7 @@
 // Tests of poses and levelled frames.
 #include "unimapper/core/pose.hpp"
 
-#include <catch2/catch.hpp>
-#include <limits>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

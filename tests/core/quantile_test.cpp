@@ -1,8 +1,7 @@
 // Median and quantiles against sorted values.
 #include "src/core/quantile.hpp"
 
-#include <catch2/catch.hpp>
-#include <vector>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

@@ -1,13 +1,8 @@
 // Quantisation of positions and normals
 #include "src/core/quantise.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <cstdint>
-#include <cstdlib>
-#include <limits>
-
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

@@ -1,11 +1,8 @@
 // Tests of the rigid fit of matched points.
 #include "src/core/rigid_fit.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <vector>
-
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 
 namespace {
 

@@ -1,9 +1,7 @@
 // Tests of the sensor models.
 #include "unimapper/core/sensor.hpp"
 
-#include <catch2/catch.hpp>
-#include <limits>
-#include <string>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

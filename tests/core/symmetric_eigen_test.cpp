@@ -1,10 +1,8 @@
 // Tests of the symmetric 3x3 eigen solver, including degenerate voxels.
 #include "src/core/symmetric_eigen.hpp"
 
-#include <catch2/catch.hpp>
-#include <limits>
-
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 
 namespace {
 

@@ -1,9 +1,7 @@
 // Prior on the relative tilt: covariances in one frame, its weight against a measurement.
 #include "src/core/tilt_prior.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <limits>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

@@ -1,9 +1,7 @@
 // Tests of disjoint sets.
 #include "src/core/union_find.hpp"
 
-#include <array>
-#include <catch2/catch.hpp>
-#include <numeric>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

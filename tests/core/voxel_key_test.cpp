@@ -1,9 +1,7 @@
 // Tests of voxel keys.
 #include "src/core/voxel_key.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <limits>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

@@ -1,10 +1,9 @@
 // Tests of `unimapper evaluate breakdown`.
-#include <catch2/catch.hpp>
-
 #include "src/apps/evaluate/evaluate.hpp"
 #include "tests/evaluate/labelled_scan.hpp"
 #include "tests/evaluate/small_folders.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;

@@ -1,9 +1,7 @@
 // Tests of precision and recall of changed objects.
 #include "src/evaluate/changed_objects.hpp"
 
-#include <array>
-#include <catch2/catch.hpp>
-#include <cmath>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::evaluate;

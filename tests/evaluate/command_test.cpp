@@ -1,6 +1,4 @@
 // Tests of the evaluations on valid and damaged folders.
-#include <catch2/catch.hpp>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "ports/datasets/writers.hpp"
@@ -11,6 +9,7 @@
 #include "src/merge/export/loops_csv.hpp"
 #include "tests/evaluate/small_folders.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/stream.hpp"
 
 using namespace unimapper;

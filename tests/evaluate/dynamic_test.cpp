@@ -1,13 +1,9 @@
 // Tests of static and dynamic accuracy.
 #include "src/evaluate/dynamic.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <limits>
-#include <string>
-
 #include "tests/evaluate/labelled_scan.hpp"
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::evaluate;

@@ -1,11 +1,8 @@
 // Labelled scans in memory, for tests of what scores them.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <vector>
-
 #include "src/evaluate/dynamic.hpp"
+#include "tests/test.hpp"
 
 namespace unimapper::evaluate::testing {
 

@@ -1,8 +1,7 @@
 // Tests of precision and recall of loops.
 #include "src/evaluate/loops.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::evaluate;

@@ -1,11 +1,8 @@
 // Tests of AC, CD and MME.
 #include "src/evaluate/map_quality.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <vector>
-
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper::evaluate;
 using Cloud = std::vector<Eigen::Vector3f>;

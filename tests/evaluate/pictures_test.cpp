@@ -1,7 +1,6 @@
 // Tests of the pictures of a run.
 #include <png.h>
 
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "ports/datasets/files.hpp"
@@ -13,6 +12,7 @@
 #include "tests/evaluate/labelled_scan.hpp"
 #include "tests/evaluate/small_folders.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;

@@ -1,14 +1,11 @@
 // Random runs to be evaluated, in any frame
 #pragma once
 
-#include <cmath>
-#include <cstdint>
-#include <vector>
-
 #include "src/evaluate/loops.hpp"
 #include "src/evaluate/map_quality.hpp"
 #include "tests/evaluate/labelled_scan.hpp"
 #include "tests/merge/random.hpp"
+#include "tests/test.hpp"
 #include "unimapper/evaluate/trajectory.hpp"
 
 namespace unimapper::evaluate::testing {

@@ -1,6 +1,4 @@
 // Tests of the HTML report of a merge.
-#include <catch2/catch.hpp>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "ports/datasets/files.hpp"
@@ -13,6 +11,7 @@
 #include "src/apps/report/waiting_pairs.hpp"
 #include "tests/evaluate/synthetic_merge.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;

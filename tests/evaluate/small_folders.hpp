@@ -1,16 +1,10 @@
 // Small recordings, runs and maps in folders, for tests.
 #pragma once
 
-#include <cmath>
-#include <cstdint>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "ports/datasets/writers.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/pose.hpp"
 
 namespace unimapper::test {

@@ -1,12 +1,9 @@
 // Synthetic merge result for tests of reports.
 #pragma once
 
-#include <cmath>
-#include <cstdint>
-#include <vector>
-
 #include "src/apps/report.hpp"
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 
 namespace synthetic {
 

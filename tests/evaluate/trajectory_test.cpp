@@ -1,8 +1,7 @@
 // Tests of trajectory alignment and errors.
 #include "unimapper/evaluate/trajectory.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::evaluate;

@@ -1,7 +1,4 @@
 // Tests of the evaluation that a map's page shows.
-#include <algorithm>
-#include <array>
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "ports/datasets/files.hpp"
@@ -10,6 +7,7 @@
 #include "src/apps/view/map_files.hpp"
 #include "tests/evaluate/small_folders.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "tests/view/gunzip.hpp"
 
 using namespace unimapper;

@@ -1,10 +1,8 @@
 // Tests of the ranking of frames and objects.
 #include "src/evaluate/worst_frames.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "tests/evaluate/labelled_scan.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::evaluate;

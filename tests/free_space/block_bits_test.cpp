@@ -2,11 +2,10 @@
 #include "src/free_space/block_bits.hpp"
 
 #include <bit>
-#include <catch2/catch.hpp>
-#include <cstdlib>
 
 #include "src/core/voxel_key.hpp"
 #include "src/free_space/block.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

@@ -1,8 +1,7 @@
 // Outline of a connected component
 #include "src/free_space/component_outline.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

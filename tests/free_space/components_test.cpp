@@ -1,13 +1,9 @@
 // Component labelling against plain flooding, on both storages
 #include "src/free_space/components.hpp"
 
-#include <catch2/catch.hpp>
-#include <map>
-#include <random>
-#include <set>
-
 #include "src/free_space/ground_patch.hpp"
 #include "storages.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

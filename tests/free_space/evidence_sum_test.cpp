@@ -1,7 +1,7 @@
 // Evidence of cells that are classified together
 #include "src/free_space/evidence_sum.hpp"
 
-#include <catch2/catch.hpp>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

@@ -1,9 +1,7 @@
 // Free columns: between the highest ground and the lowest other cell
 #include "src/free_space/free_columns.hpp"
 
-#include <catch2/catch.hpp>
-#include <vector>
-
+#include "tests/test.hpp"
 #include "unimapper/core/owned.hpp"
 
 using namespace unimapper;

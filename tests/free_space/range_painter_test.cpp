@@ -1,10 +1,6 @@
 // Painting of range images on both storages
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <cstdlib>
-#include <limits>
-
 #include "storages.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/owned.hpp"
 #include "unimapper/free_space/range_image.hpp"
 

@@ -1,7 +1,7 @@
 // Relabelling of cells with the evidence of later keyframes
 #include "src/free_space/relabelling.hpp"
 
-#include <catch2/catch.hpp>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

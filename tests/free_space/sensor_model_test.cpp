@@ -1,10 +1,6 @@
 // Visibility test and inverse sensor model at their boundaries
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <vector>
-
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 #include "unimapper/free_space/inverse_sensor_model.hpp"
 
 using namespace unimapper;

@@ -1,9 +1,6 @@
 // Decisions of alignment on what the sensor data say about a placement
-#include <catch2/catch.hpp>
-#include <string>
-#include <vector>
-
 #include "tests/merge/alignment_scene.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -1,9 +1,6 @@
 // Decisions of alignment and of its refinement at their thresholds
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <span>
-
 #include "tests/merge/alignment_scene.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -1,10 +1,8 @@
 // Alignment under outliers, its centre, start and order
 #include "unimapper/merge/alignment.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-
 #include "tests/merge/alignment_scene.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

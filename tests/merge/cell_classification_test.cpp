@@ -1,10 +1,7 @@
 // Classification of a keyframe's cells from their evidence
 #include "src/merge/labels/cell_classification.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <vector>
-
+#include "tests/test.hpp"
 #include "unimapper/core/grid_size.hpp"
 
 using namespace unimapper;
@@ -60,10 +57,14 @@ class Scene {
 constexpr Evidence kFirstSeen{0};
 constexpr Evidence kSeenThrough{1700};
 
+// Constants of their own: GCC 12 at -O1 takes temporaries of an initialiser for dangling ones.
+constexpr VoxelIndex kWallFrom{0, 0, 0};
+constexpr VoxelIndex kWallSize{120, 1, 30};
+
 /// A wall of first-seen cells, and the dynamic share of what touches it in front.
 struct BesideWall {
   Scene scene;
-  std::vector<std::uint32_t> wall = scene.add({0, 0, 0}, {120, 1, 30}, kFirstSeen);
+  std::vector<std::uint32_t> wall = scene.add(kWallFrom, kWallSize, kFirstSeen);
 
   double share(const VoxelIndex& size, const Evidence& evidence) {
     return scene.dynamic(scene.add({20, 1, 2}, size, evidence));

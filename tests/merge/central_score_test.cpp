@@ -1,11 +1,9 @@
 // Suitability as the central map, one quality at a time: the others are nothing in every session
 #include "src/merge/sessions/central_score.hpp"
 
-#include <catch2/catch.hpp>
-#include <vector>
-
 #include "src/core/image_code.hpp"
 #include "tests/merge/poses.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -1,13 +1,9 @@
 // Tests of change detection between sessions.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <utility>
-
 #include "src/merge/loops/max_clique.hpp"
 #include "src/merge/map/changes.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

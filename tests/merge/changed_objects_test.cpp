@@ -1,9 +1,7 @@
 // Tests of changed objects, made of changed voxels.
 #include "src/merge/map/changed_objects.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

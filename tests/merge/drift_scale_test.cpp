@@ -1,9 +1,8 @@
 // Drift of odometry, estimated from loops: fleets that drift as modelled, more, and one robot alone
 #include "src/merge/graph/drift_scale.hpp"
 
-#include <catch2/catch.hpp>
-
 #include "tests/merge/alignment_scene.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -1,16 +1,10 @@
 // Pose graph and loops of a merged map as files
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <fstream>
 #include <numbers>
-#include <sstream>
-#include <string>
-#include <tuple>
-#include <vector>
 
 #include "src/merge/export/export_files.hpp"
 #include "src/merge/export/loops_csv.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -1,12 +1,7 @@
 // Contents of a merged map's files: trajectories, loops, points, summary
 #include "unimapper/merge/export.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <string>
-#include <vector>
 
 #include "src/merge/export/export_files.hpp"
 #include "src/merge/export/loops_csv.hpp"
@@ -14,6 +9,7 @@
 #include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -1,11 +1,7 @@
 // Files of an exported map
 #pragma once
 
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <map>
-#include <string>
+#include "tests/test.hpp"
 
 namespace unimapper::merge::testing {
 

@@ -3,13 +3,12 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <catch2/catch.hpp>
-#include <stdexcept>
 
 #include "src/merge/graph/block_cholesky.hpp"
 #include "src/merge/sessions/session_path.hpp"
 #include "tests/merge/alignment_scene.hpp"
 #include "tests/merge/random.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -1,12 +1,9 @@
 // Tests of merges of sessions that grow
 #include "src/merge/growing_merge.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <vector>
-
 #include "src/merge/sessions/session_growth.hpp"
 #include "tests/merge/known_map.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -1,12 +1,10 @@
 // Clouds of keyframes, and merges of sessions of which mostly summaries have arrived
 #include "src/merge/registration/keyframe_clouds.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-
 #include "src/merge/sessions/keyframe_summaries.hpp"
 #include "src/merge/sessions/plane_restorer.hpp"
 #include "tests/merge/known_map.hpp"
+#include "tests/test.hpp"
 #include "unimapper/merge/merger.hpp"
 
 using namespace unimapper;

@@ -1,10 +1,8 @@
 // Free space of one keyframe: sent images, and the image painted without them
 #include "src/merge/sessions/keyframe_free_space.hpp"
 
-#include <catch2/catch.hpp>
-#include <vector>
-
 #include "src/core/image_code.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -1,15 +1,11 @@
 // Keyframes and maps levelled by what is known of up
 #include "unimapper/merge/keyframe_level.hpp"
 
-#include <Eigen/Geometry>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <vector>
-
 #include "src/merge/graph/map_level.hpp"
 #include "src/merge/loops/loop_search.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/synthetic_town.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -1,10 +1,8 @@
 // Map of a synthetic town, and a drive on another day through it.
 #pragma once
 
-#include <algorithm>
-#include <vector>
-
 #include "tests/merge/synthetic_town.hpp"
+#include "tests/test.hpp"
 #include "unimapper/merge/localisation.hpp"
 
 namespace unimapper::merge::testing {

@@ -1,9 +1,7 @@
 // Tests of alignment with known positions of keyframes.
-#include <algorithm>
-#include <catch2/catch.hpp>
-
 #include "src/merge/graph/site_origin.hpp"
 #include "tests/merge/ambiguous_scene.hpp"
+#include "tests/test.hpp"
 #include "unimapper/merge/known_position.hpp"
 
 using namespace unimapper;

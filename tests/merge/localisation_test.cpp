@@ -1,13 +1,9 @@
 // Localisation of a robot in a finished map: never wrong rather than early.
 #include "unimapper/merge/localisation.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <stdexcept>
-
 #include "tests/merge/known_map.hpp"
 #include "tests/merge/poses.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -1,18 +1,11 @@
 // Loop candidates by descriptor and by distance: every condition just met and just missed
 #include "src/merge/loops/loop_search.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <map>
-#include <optional>
-#include <set>
-#include <utility>
-
 #include "src/merge/loops/radius_search.hpp"
 #include "src/merge/loops/verification_rounds.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/synthetic_town.hpp"
+#include "tests/test.hpp"
 #include "unimapper/place/database.hpp"
 
 using namespace unimapper;

@@ -1,16 +1,11 @@
 // Loop verification: every gate just passed, and just missed with its reason
 #include "src/merge/loops/loop_verifier.hpp"
 
-#include <algorithm>
-#include <array>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <string>
-
 #include "src/core/tilt_prior.hpp"
 #include "src/merge/registration/overlap_distances.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

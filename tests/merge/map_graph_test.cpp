@@ -1,12 +1,9 @@
 // Anchor-node pose graph: kernel, weak axes, loop ends, plausible deformation
 #include "src/merge/graph/map_graph.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "src/merge/registration/weak_axis.hpp"
 #include "tests/merge/alignment_scene.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

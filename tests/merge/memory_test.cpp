@@ -1,21 +1,7 @@
 // Memory of a merge: arenas, temporary files, keyframes that are read on demand
 #include <sys/resource.h>
 
-#include <algorithm>
-#include <array>
-#include <atomic>
-#include <catch2/catch.hpp>
 #include <csignal>
-#include <cstdint>
-#include <cstring>
-#include <filesystem>
-#include <map>
-#include <memory>
-#include <numeric>
-#include <stdexcept>
-#include <string>
-#include <thread>
-#include <vector>
 
 #include "src/merge/in_arena.hpp"
 #include "src/merge/limited_cache.hpp"
@@ -24,6 +10,7 @@
 #include "tests/merge/poses.hpp"
 #include "tests/merge/synthetic_town.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "unimapper/merge/export.hpp"
 #include "unimapper/merge/external_vector.hpp"
 #include "unimapper/merge/keyframe_level.hpp"

@@ -1,15 +1,12 @@
 // Tests of merging whole sessions.
 #include "unimapper/merge/merger.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <filesystem>
-
 #include "tests/merge/exported_files.hpp"
 #include "tests/merge/known_map.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/synthetic_sheets.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "unimapper/merge/export.hpp"
 
 using namespace unimapper;

@@ -1,11 +1,7 @@
 // Navigation grids: ground that can be driven, obstacles, storeys, and what is unknown
 #include "unimapper/merge/navigation_grid.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <vector>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -1,14 +1,9 @@
 // Poses of a merged map: how sure they are, and those of the newest keyframes
 #include "src/merge/localisation/newest_map_poses.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <stdexcept>
-#include <vector>
-
 #include "src/merge/graph/position_sigma.hpp"
 #include "tests/merge/poses.hpp"
+#include "tests/test.hpp"
 #include "unimapper/merge/merger.hpp"
 
 using namespace unimapper;

@@ -1,14 +1,11 @@
 // Odometry: its drift, several keyframes as one measurement, steps as no robot moves
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <utility>
-
 #include "src/merge/graph/odometry_chain.hpp"
 #include "src/merge/sessions/odometry_step.hpp"
 #include "src/merge/sessions/session_path.hpp"
 #include "tests/merge/alignment_scene.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/synthetic_town.hpp"
+#include "tests/test.hpp"
 #include "unimapper/merge/merger.hpp"
 
 using namespace unimapper;

@@ -1,19 +1,11 @@
 // Checks of a placement: repetition, storeys, and keyframes that see different structure
 #include "src/merge/placements/placement_check.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <functional>
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
-
 #include "src/merge/loops/link_check.hpp"
 #include "src/merge/placements/roofed_share.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -1,15 +1,10 @@
 // Searches among points, and the distance between the walls of two clouds
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <limits>
-#include <vector>
-
 #include "src/merge/map/near_points.hpp"
 #include "src/merge/map/voxel_trees.hpp"
 #include "src/merge/placements/wall_distance.hpp"
 #include "src/merge/registration/point_tree.hpp"
 #include "tests/merge/random.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

@@ -2,18 +2,10 @@
 #include "unimapper/merge/pose_graph.hpp"
 
 #include <Eigen/LU>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <limits>
-#include <map>
-#include <sstream>
-#include <stdexcept>
-#include <string>
 
 #include "tests/merge/poses.hpp"
 #include "tests/recordings.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

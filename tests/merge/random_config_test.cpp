@@ -1,11 +1,7 @@
 // Random merger configurations: refusal with a message, or a merge.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <stdexcept>
-
 #include "tests/merge/synthetic_town.hpp"
 #include "tests/random_parameters.hpp"
+#include "tests/test.hpp"
 #include "unimapper/merge/merger.hpp"
 
 using namespace unimapper;

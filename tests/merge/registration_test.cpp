@@ -2,18 +2,12 @@
 #include "src/merge/registration/registration.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <cstring>
-#include <fstream>
-#include <limits>
-#include <string>
-#include <vector>
 
 #include "src/merge/registration/weak_axis.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
 #include "tests/recordings.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

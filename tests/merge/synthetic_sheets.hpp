@@ -1,15 +1,9 @@
 // Scenes of upright sheets, seen by a robot that stands at the origin
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cstdint>
-#include <map>
-#include <utility>
-#include <vector>
-
 #include "src/core/image_code.hpp"
 #include "src/core/voxel_key.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 
 namespace unimapper::merge::testing {

@@ -1,13 +1,9 @@
 // Synthetic sessions in a town of walls and poles, with drifting odometry.
 #pragma once
 
-#include <cmath>
-#include <cstdint>
-#include <string>
-#include <vector>
-
 #include "src/merge/in_arena.hpp"
 #include "tests/merge/random.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/place/describer.hpp"
 

@@ -1,15 +1,11 @@
 // Tests of merges that obey people and remember verified loops.
 #include "unimapper/merge/user_statements.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <map>
-#include <tuple>
-
 #include "tests/merge/exported_files.hpp"
 #include "tests/merge/known_map.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "unimapper/merge/export.hpp"
 #include "unimapper/merge/merger.hpp"
 

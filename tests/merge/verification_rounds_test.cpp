@@ -1,11 +1,7 @@
 // Tests of the order in which loop candidates between sessions are verified.
 #include "src/merge/loops/verification_rounds.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <functional>
-#include <set>
-#include <vector>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

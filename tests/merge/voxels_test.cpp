@@ -1,12 +1,4 @@
 // Voxels that keyframes occupy, those of a session by tiles, and sums around them
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cstdlib>
-#include <limits>
-#include <memory>
-#include <set>
-#include <vector>
-
 #include "src/merge/labels/occupied_voxels.hpp"
 #include "src/merge/labels/voxel_blocks.hpp"
 #include "src/merge/map/map_regions.hpp"
@@ -14,6 +6,7 @@
 #include "tests/merge/random.hpp"
 #include "tests/random.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

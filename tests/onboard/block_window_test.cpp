@@ -1,17 +1,10 @@
 // Sliding-window block index against a model made of standard maps
 #include "src/onboard/removal/block_window.hpp"
 
-#include <algorithm>
-#include <array>
-#include <catch2/catch.hpp>
-#include <cstdint>
 #include <deque>
-#include <map>
-#include <random>
-#include <tuple>
-#include <vector>
 
 #include "run.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/owned.hpp"
 
 using namespace unimapper;

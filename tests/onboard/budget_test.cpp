@@ -1,10 +1,8 @@
 // Time budget of a call
 #include "src/onboard/budget.hpp"
 
-#include <catch2/catch.hpp>
-#include <vector>
-
 #include "run.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::onboard;

@@ -1,10 +1,8 @@
 // Bit-sliced counters against plain counting
 #include "src/onboard/removal/cell_counts.hpp"
 
-#include <catch2/catch.hpp>
-#include <vector>
-
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::onboard;

@@ -2,12 +2,9 @@
 #include "src/onboard/keyframe/cell_table.hpp"
 
 #include <bit>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <limits>
-#include <vector>
 
 #include "stages.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/owned.hpp"
 
 using namespace unimapper;

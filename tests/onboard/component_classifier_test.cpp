@@ -1,9 +1,8 @@
 // Classification of connected components
 #include "src/onboard/removal/component_classifier.hpp"
 
-#include <catch2/catch.hpp>
-
 #include "stages.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::onboard;

@@ -1,9 +1,6 @@
 // Validation of parameters, memory and names
-#include <catch2/catch.hpp>
-#include <limits>
-#include <string>
-
 #include "run.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

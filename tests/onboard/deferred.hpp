@@ -1,11 +1,9 @@
 // Drives with deferred work
 #pragma once
 
-#include <algorithm>
-#include <cstdint>
-
 #include "integer_town.hpp"
 #include "run.hpp"
+#include "tests/test.hpp"
 
 namespace unimapper::test {
 

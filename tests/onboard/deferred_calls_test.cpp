@@ -1,9 +1,6 @@
 // Deferred work: what calls tell, of which keyframe, and how long they take
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <vector>
-
 #include "deferred.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

@@ -1,14 +1,8 @@
 // Deferred work: the same results as without delay
 #include "deferred.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <map>
-#include <optional>
-#include <tuple>
-#include <vector>
-
 #include "stream_checksum.hpp"
+#include "tests/test.hpp"
 #include "unimapper/onboard/events.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"
 

@@ -1,13 +1,10 @@
 // Events of the pipeline in the ring it is given, and as text
 #include "unimapper/onboard/events.hpp"
 
-#include <catch2/catch.hpp>
-#include <string>
-#include <vector>
-
 #include "event_log.hpp"
 #include "ports/events/event_text.hpp"
 #include "run.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

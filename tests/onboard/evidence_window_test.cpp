@@ -1,11 +1,8 @@
 // Range images, which scans are painted, and what later keyframes count
 #include "src/onboard/removal/evidence_window.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <memory>
-
 #include "stages.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::onboard;

@@ -1,10 +1,8 @@
 // Feet: ground cells below dynamic ones, and the level above which their points are dynamic
 #include "src/onboard/removal/feet.hpp"
 
-#include <catch2/catch.hpp>
-#include <optional>
-
 #include "stages.hpp"
+#include "tests/test.hpp"
 #include "unimapper/free_space/evidence_weights.hpp"
 
 using namespace unimapper;

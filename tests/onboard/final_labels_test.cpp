@@ -1,10 +1,6 @@
 // Final labels of keyframes evicted from the window
-#include <catch2/catch.hpp>
-#include <map>
-#include <string>
-#include <vector>
-
 #include "run.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

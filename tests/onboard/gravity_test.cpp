@@ -1,12 +1,7 @@
 // Gravity estimator: up from walls, ground and the odometry's promise
 #include "src/onboard/attitude/gravity.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <limits>
-#include <random>
-#include <vector>
-
+#include "tests/test.hpp"
 #include "unimapper/core/pose.hpp"
 
 using namespace unimapper;

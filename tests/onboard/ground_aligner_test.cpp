@@ -1,11 +1,9 @@
 // Attitude noise between scans, measured and taken out
 #include "src/onboard/attitude/ground_aligner.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "run.hpp"
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/owned.hpp"
 
 using namespace unimapper;

@@ -1,9 +1,8 @@
 // Ground: planes, elevated and transparent voxels, candidates above it
 #include "src/onboard/removal/ground.hpp"
 
-#include <catch2/catch.hpp>
-
 #include "stages.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::onboard;

@@ -3,17 +3,10 @@
 // Used by the tests that bound this work.
 #pragma once
 
-#include <Eigen/Core>
-#include <algorithm>
-#include <array>
 #include <bit>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <string_view>
-#include <vector>
 
 #include "src/core/voxel_key.hpp"
+#include "tests/test.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::hostile {

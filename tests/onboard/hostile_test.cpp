@@ -2,12 +2,10 @@
 //
 // Every point is accounted for, every container stays within its capacity (which bounds the work),
 // and the next ordinary keyframe is as it should be.
-#include <algorithm>
-#include <catch2/catch.hpp>
-
 #include "hostile_scans.hpp"
 #include "run.hpp"
 #include "src/onboard/removal/tile_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

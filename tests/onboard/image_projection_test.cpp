@@ -1,9 +1,7 @@
 // Azimuths, elevations and pixels of directions
 #include "unimapper/core/image_projection.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-
+#include "tests/test.hpp"
 #include "unimapper/core/angles.hpp"
 #include "unimapper/onboard/config.hpp"
 

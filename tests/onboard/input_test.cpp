@@ -1,10 +1,6 @@
 // Bad input: refused or skipped, and counted
-#include <catch2/catch.hpp>
-#include <cstring>
-#include <limits>
-#include <string>
-
 #include "run.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

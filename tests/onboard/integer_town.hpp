@@ -2,11 +2,7 @@
 // arithmetic, and no floating-point operation but single ones that IEEE 754 rounds exactly.
 #pragma once
 
-#include <algorithm>
-#include <cstdint>
-#include <cstdlib>
-#include <vector>
-
+#include "tests/test.hpp"
 #include "unimapper/core/point_view.hpp"
 #include "unimapper/core/pose.hpp"
 

@@ -1,12 +1,9 @@
 // Contradiction of the odometry by the share of dynamic cells
 #include "src/onboard/odometry_monitor.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <optional>
-
 #include "event_log.hpp"
 #include "run.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

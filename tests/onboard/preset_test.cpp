@@ -1,11 +1,6 @@
 // Presets from a sensor's data sheet.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <cstring>
-#include <string>
-
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/parameter_table.hpp"
 #include "unimapper/onboard/config.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"

@@ -1,9 +1,7 @@
 // Random configurations: refusal with a message, or a run.
-#include <algorithm>
-#include <catch2/catch.hpp>
-
 #include "run.hpp"
 #include "tests/random_parameters.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

@@ -1,8 +1,6 @@
 // Dynamic removal on small scenes, as a specification
-#include <catch2/catch.hpp>
-#include <cstring>
-
 #include "run.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

@@ -1,12 +1,9 @@
 // Sampling of spinning sensors measured from scans, and images that follow it
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <numeric>
-
 #include "run.hpp"
 #include "src/onboard/sampling/sampling_estimator.hpp"
 #include "src/onboard/sampling/sampling_monitor.hpp"
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/owned.hpp"
 
 using namespace unimapper;

@@ -1,10 +1,6 @@
 // Stages of the pipeline up to the split of ground and obstacles, and small inputs for them
 #pragma once
 
-#include <catch2/catch.hpp>
-#include <cstdint>
-#include <vector>
-
 #include "run.hpp"
 #include "src/onboard/keyframe/cell_table.hpp"
 #include "src/onboard/keyframe/coarse_voxels.hpp"
@@ -15,6 +11,7 @@
 #include "src/onboard/removal/ground_levels.hpp"
 #include "src/onboard/removal/stray_returns.hpp"
 #include "src/onboard/removal/transparent_ground.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/owned.hpp"
 #include "unimapper/free_space/range_image.hpp"
 

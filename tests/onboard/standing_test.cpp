@@ -1,11 +1,6 @@
 // Keyframes of a robot that stands: which are kept, and what their labels are
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <functional>
-#include <random>
-#include <vector>
-
 #include "run.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

@@ -1,10 +1,6 @@
 // Counts, capacities and reference scan of a keyframe
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <limits>
-#include <vector>
-
 #include "stages.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

@@ -1,13 +1,10 @@
 // Checksums of the keyframe stream, part by part
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <cstring>
 #include <initializer_list>
-#include <vector>
 
 #include "src/place/triangles.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/owned.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 

@@ -1,12 +1,9 @@
 // Indoor and outdoor setting, and the choice between them
 #include "unimapper/onboard/surroundings.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <limits>
 #include <numbers>
-#include <vector>
 
+#include "tests/test.hpp"
 #include "unimapper/core/sensor.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 

@@ -1,9 +1,7 @@
 // Up in the pipeline: the keyframe's frame is levelled by walls, not by the odometry's z axis
-#include <catch2/catch.hpp>
-#include <vector>
-
 #include "event_log.hpp"
 #include "run.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

@@ -1,9 +1,7 @@
 // Validation of the parameters of description and search.
 #include "unimapper/place/config.hpp"
 
-#include <catch2/catch.hpp>
-#include <limits>
-#include <string>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using Catch::Matchers::Contains;

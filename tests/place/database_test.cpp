@@ -1,13 +1,8 @@
 // Tests of loop search: retrieval, acceptance and forgetting.
 #include "unimapper/place/database.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <limits>
-#include <vector>
-
 #include "described.hpp"
+#include "tests/test.hpp"
 
 namespace {
 

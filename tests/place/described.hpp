@@ -1,10 +1,8 @@
 // Descriptions that own their memory.
 #pragma once
 
-#include <catch2/catch.hpp>
-#include <vector>
-
 #include "synthetic_place.hpp"
+#include "tests/test.hpp"
 #include "unimapper/place/database.hpp"
 #include "unimapper/place/describer.hpp"
 

@@ -1,13 +1,8 @@
 // Tests of the place descriptor: invariances and dependencies.
 #include "unimapper/place/describer.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <cstring>
-#include <limits>
-
 #include "described.hpp"
+#include "tests/test.hpp"
 
 namespace {
 

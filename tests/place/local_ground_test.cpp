@@ -1,9 +1,7 @@
 // Ground height grid around a keyframe: planes of its patches.
 #include "src/place/local_ground.hpp"
 
-#include <catch2/catch.hpp>
-#include <vector>
-
+#include "tests/test.hpp"
 #include "unimapper/core/owned.hpp"
 
 namespace {

@@ -1,7 +1,7 @@
 // Tests of the calibration of loop scores.
 #include "src/place/loop_confidence.hpp"
 
-#include <catch2/catch.hpp>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::place;

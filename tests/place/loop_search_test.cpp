@@ -1,14 +1,9 @@
 // Loop search on hand-made places: duplicates, ambiguity, bounds.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <limits>
-#include <vector>
-
 #include "described.hpp"
 #include "src/core/tilt_prior.hpp"
 #include "src/core/voxel_key.hpp"
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 
 namespace {
 

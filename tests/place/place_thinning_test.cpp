@@ -1,12 +1,8 @@
 // Tests of the thinning of a full place database.
 #include "src/place/place_thinning.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <vector>
-
 #include "synthetic_place.hpp"
+#include "tests/test.hpp"
 
 namespace {
 

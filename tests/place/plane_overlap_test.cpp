@@ -1,10 +1,8 @@
 // Visible extent of a place, and the share of planes that coincide.
 #include "src/place/plane_overlap.hpp"
 
-#include <catch2/catch.hpp>
-#include <vector>
-
 #include "synthetic_place.hpp"
+#include "tests/test.hpp"
 
 namespace {
 

@@ -1,11 +1,8 @@
 // Tests of voting on poses.
 #include "src/place/pose_votes.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "synthetic_place.hpp"
+#include "tests/test.hpp"
 
 namespace {
 

@@ -1,11 +1,8 @@
 // Tests of the triangle hash table.
 #include "src/place/triangle_table.hpp"
 
-#include <catch2/catch.hpp>
-#include <set>
-#include <vector>
-
 #include "synthetic_place.hpp"
+#include "tests/test.hpp"
 
 namespace {
 

@@ -1,14 +1,9 @@
 // Tests of triangle formation and keys.
 #include "src/place/triangles.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <limits>
-#include <set>
-#include <vector>
-
 #include "src/core/voxel_key.hpp"
 #include "synthetic_place.hpp"
+#include "tests/test.hpp"
 
 namespace {
 

@@ -1,8 +1,6 @@
 // Invariance of the metrics under rigid motions
-#include <catch2/catch.hpp>
-#include <vector>
-
 #include "tests/evaluate/random_runs.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::evaluate;

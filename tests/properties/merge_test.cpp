@@ -1,8 +1,4 @@
 // Equivariance of the merge under rigid transforms of its input
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <vector>
-
 #include "src/merge/graph/alignment_problem.hpp"
 #include "src/merge/graph/map_graph.hpp"
 #include "src/merge/loops/loop_acceptance.hpp"
@@ -14,6 +10,7 @@
 #include "src/merge/sessions/seen_extent.hpp"
 #include "tests/merge/synthetic_town.hpp"
 #include "tests/regression/tilted_scenes.hpp"
+#include "tests/test.hpp"
 #include "unimapper/merge/export.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
 #include "unimapper/merge/merger.hpp"

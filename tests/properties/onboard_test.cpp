@@ -1,10 +1,7 @@
 // Sums of a pipeline's counts, whatever is dropped
-#include <catch2/catch.hpp>
-#include <limits>
-#include <vector>
-
 #include "tests/random.hpp"
 #include "tests/regression/tilted_town.hpp"
+#include "tests/test.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"
 
 using namespace unimapper;

@@ -1,9 +1,4 @@
 // Geometry and free columns on random input
-#include <catch2/catch.hpp>
-#include <map>
-#include <string>
-#include <vector>
-
 #include "expected_text.hpp"
 #include "src/core/nearest_rotation.hpp"
 #include "src/core/pose_interpolation.hpp"
@@ -13,6 +8,7 @@
 #include "src/core/tilt_prior.hpp"
 #include "src/free_space/free_columns.hpp"
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/owned.hpp"
 #include "words.hpp"
 

@@ -1,13 +1,7 @@
 // Keyframes, events and health as C programs see them, of a tilted sensor
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <limits>
-#include <span>
-#include <string>
-#include <vector>
-
 #include "expected_text.hpp"
 #include "ports/c/unimapper.h"
+#include "tests/test.hpp"
 #include "tilted_town.hpp"
 #include "unimapper/core/owned.hpp"
 #include "words.hpp"

@@ -1,18 +1,8 @@
 #include "expected_text.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
 #include <cctype>
-#include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <map>
-#include <sstream>
-#include <vector>
 
+#include "tests/test.hpp"
 #include "words.hpp"
 
 namespace unimapper::regression {

@@ -1,13 +1,9 @@
 // Robots with tilted sensors and leaning, turned odometry frames in a simulated street
 #pragma once
 
-#include <cmath>
-#include <cstdint>
-#include <string>
-#include <vector>
-
 #include "tests/merge/random.hpp"
 #include "tests/onboard/scene.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/ids.hpp"
 #include "unimapper/core/pose.hpp"
 

@@ -1,19 +1,13 @@
 // Whole run of a fleet: scans, keyframes, messages with losses, merge and export
 #include "fleet.hpp"
 
-#include <catch2/catch.hpp>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <sstream>
-
 #include "expected_text.hpp"
 #include "merge_words.hpp"
 #include "onboard_words.hpp"
 #include "ports/lcm/session_log.hpp"
 #include "tests/apps/command.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/owned.hpp"
 #include "unimapper/merge/export.hpp"
 #include "unimapper/merge/keyframe_level.hpp"

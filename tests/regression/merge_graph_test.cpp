@@ -1,8 +1,4 @@
 // Graphs and loops of a merge on tilted and turned input, with parameters that are not the default
-#include <catch2/catch.hpp>
-#include <string>
-#include <vector>
-
 #include "expected_text.hpp"
 #include "merge_words.hpp"
 #include "src/merge/graph/alignment_problem.hpp"
@@ -11,6 +7,7 @@
 #include "src/merge/loops/loop_cycle.hpp"
 #include "src/merge/loops/max_clique.hpp"
 #include "src/merge/sessions/session_path.hpp"
+#include "tests/test.hpp"
 #include "tilted_scenes.hpp"
 #include "unimapper/merge/alignment.hpp"
 #include "unimapper/merge/pose_graph.hpp"

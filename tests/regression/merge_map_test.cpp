@@ -1,8 +1,4 @@
 // Clouds, labels and maps of a merge on tilted input, with parameters that are not the default
-#include <catch2/catch.hpp>
-#include <string>
-#include <vector>
-
 #include "expected_text.hpp"
 #include "merge_words.hpp"
 #include "src/merge/loops/loop_verifier.hpp"
@@ -13,6 +9,7 @@
 #include "src/merge/sessions/central_score.hpp"
 #include "src/merge/sessions/keyframe_free_space.hpp"
 #include "src/merge/sessions/seen_extent.hpp"
+#include "tests/test.hpp"
 #include "tilted_scenes.hpp"
 #include "unimapper/merge/refinement.hpp"
 

@@ -1,13 +1,8 @@
 // Results of a merge in words
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <map>
-#include <string>
-#include <vector>
-
 #include "src/core/cholesky.hpp"
+#include "tests/test.hpp"
 #include "unimapper/merge/merger.hpp"
 #include "words.hpp"
 

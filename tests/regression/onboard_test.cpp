@@ -1,14 +1,8 @@
 // Keyframes of a tilted sensor in a leaning, turned odometry frame, the same on every platform
-#include <array>
-#include <catch2/catch.hpp>
-#include <functional>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include "expected_text.hpp"
 #include "onboard_words.hpp"
 #include "tests/onboard/stream_checksum.hpp"
+#include "tests/test.hpp"
 #include "tilted_town.hpp"
 #include "unimapper/core/event_ring.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"

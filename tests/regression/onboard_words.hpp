@@ -1,9 +1,7 @@
 // Keyframes of a pipeline in words
 #pragma once
 
-#include <string>
-#include <vector>
-
+#include "tests/test.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 #include "words.hpp"
 

@@ -1,10 +1,7 @@
 // Places of three sessions seen from tilted sensors, and the search among them
-#include <catch2/catch.hpp>
-#include <string>
-#include <vector>
-
 #include "expected_text.hpp"
 #include "tests/place/synthetic_place.hpp"
+#include "tests/test.hpp"
 #include "unimapper/place/database.hpp"
 #include "unimapper/place/describer.hpp"
 #include "words.hpp"

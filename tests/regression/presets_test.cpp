@@ -1,10 +1,6 @@
 // Presets: what they set otherwise than the defaults
-#include <catch2/catch.hpp>
-#include <map>
-#include <sstream>
-#include <string>
-
 #include "expected_text.hpp"
+#include "tests/test.hpp"
 #include "unimapper/config/config_json.hpp"
 #include "unimapper/onboard/config.hpp"
 #include "words.hpp"

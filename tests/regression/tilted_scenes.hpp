@@ -1,12 +1,10 @@
 // Tilted and turned input for the stages of a merge
 #pragma once
 
-#include <algorithm>
-#include <vector>
-
 #include "fleet.hpp"
 #include "src/merge/sessions/session_path.hpp"
 #include "tests/merge/synthetic_sheets.hpp"
+#include "tests/test.hpp"
 #include "unimapper/merge/alignment.hpp"
 
 namespace unimapper::regression {

@@ -1,10 +1,6 @@
 // Bytes of random keyframes, and a receiver's counters in a storm of messages
-#include <catch2/catch.hpp>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include "expected_text.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/stream.hpp"
 #include "tilted_town.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"

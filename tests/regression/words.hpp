@@ -1,14 +1,9 @@
 // Results in words: numbers with so many digits that rounding errors do not show
 #pragma once
 
-#include <Eigen/Core>
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <span>
-#include <string>
 #include <type_traits>
 
+#include "tests/test.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/pose.hpp"
 

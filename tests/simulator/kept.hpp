@@ -1,12 +1,8 @@
 // Comparison of static instances between two days.
 #pragma once
 
-#include <cmath>
-#include <cstdint>
-#include <set>
-#include <utility>
-
 #include "src/simulator/world.hpp"
+#include "tests/test.hpp"
 
 namespace unimapper::simulator::test {
 

@@ -1,17 +1,10 @@
 // Readers of the files of simulated recordings.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <string>
-#include <vector>
-
 #include "src/simulator/geometry.hpp"
 #include "src/simulator/simulate.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 namespace unimapper::simulator::test {
 

@@ -1,10 +1,8 @@
 // Rays against what stands in a simulated world.
 #pragma once
 
-#include <utility>
-#include <vector>
-
 #include "src/simulator/raycast.hpp"
+#include "tests/test.hpp"
 
 namespace unimapper::simulator::test {
 

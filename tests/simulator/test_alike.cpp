@@ -1,10 +1,8 @@
 // Tests of the scenes that look alike elsewhere: the copy is exact, apart, and differs in what
 // moves.
-#include <algorithm>
-#include <catch2/catch.hpp>
-
 #include "src/simulator/displaced_scene.hpp"
 #include "tests/simulator/standing.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::simulator;

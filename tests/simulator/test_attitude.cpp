@@ -1,9 +1,8 @@
 // Tests of mounts, odometry starts, attitude noise, sway and motion distortion.
-#include <catch2/catch.hpp>
-
 #include "run_folder.hpp"
 #include "src/simulator/attitude.hpp"
 #include "src/simulator/surface.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::simulator;

@@ -1,14 +1,10 @@
 // Tests of the campus: geometry, tours and crowd.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <map>
-#include <set>
-
 #include "run_folder.hpp"
 #include "src/simulator/campus/campus.hpp"
 #include "src/simulator/campus/crowd.hpp"
 #include "tests/simulator/kept.hpp"
 #include "tests/simulator/standing.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::simulator;

@@ -1,8 +1,6 @@
 // Tests of determinism: equal configurations write equal bytes.
-#include <catch2/catch.hpp>
-#include <map>
-
 #include "run_folder.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::simulator;

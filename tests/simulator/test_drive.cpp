@@ -1,9 +1,6 @@
 // Tests of the messages of a simulated robot's drivers.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <vector>
-
 #include "run_folder.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::simulator;

@@ -1,9 +1,6 @@
 // Tests of error messages for invalid configurations and failed writes.
-#include <catch2/catch.hpp>
-#include <functional>
-#include <utility>
-
 #include "run_folder.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::simulator;

@@ -1,9 +1,6 @@
 // Tests of the scan patterns against the sensors' data sheets.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <set>
-
 #include "src/simulator/lidar.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::simulator;

@@ -1,7 +1,6 @@
 // Tests of the odometry drift presets.
-#include <catch2/catch.hpp>
-
 #include "src/simulator/odometry.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::simulator;

@@ -1,13 +1,9 @@
 // Tests of the contents of a simulated recording.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <map>
-#include <span>
-
 #include "run_folder.hpp"
 #include "src/core/quantile.hpp"
 #include "src/simulator/town.hpp"
 #include "tests/simulator/standing.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::simulator;

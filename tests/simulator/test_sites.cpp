@@ -1,14 +1,9 @@
 // Tests of the scenes of one purpose: what each is made for is there.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <map>
-#include <set>
-#include <span>
-
 #include "run_folder.hpp"
 #include "src/core/quantile.hpp"
 #include "src/simulator/scene.hpp"
 #include "tests/simulator/standing.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::simulator;

@@ -1,13 +1,9 @@
 // Tests of the town: geometry, routes and traffic.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <map>
-#include <set>
-
 #include "src/simulator/actors.hpp"
 #include "src/simulator/town.hpp"
 #include "src/simulator/traffic.hpp"
 #include "tests/simulator/kept.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::simulator;

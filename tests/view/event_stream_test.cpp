@@ -1,8 +1,7 @@
 // Tests of the stream of events.
 #include "src/apps/view/event_stream.hpp"
 
-#include <catch2/catch.hpp>
-#include <thread>
+#include "tests/test.hpp"
 
 using namespace unimapper::apps;
 using Catch::Matchers::Contains;

@@ -3,9 +3,7 @@
 
 #include <zlib.h>
 
-#include <cstring>
-#include <stdexcept>
-#include <string>
+#include "tests/test.hpp"
 
 namespace unimapper::test {
 

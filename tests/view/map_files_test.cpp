@@ -1,12 +1,11 @@
 // Tests of a map as files of the page.
 #include "src/apps/view/map_files.hpp"
 
-#include <catch2/catch.hpp>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "tests/evaluate/synthetic_merge.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "tests/view/gunzip.hpp"
 
 using namespace unimapper;

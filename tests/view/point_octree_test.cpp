@@ -1,15 +1,9 @@
 // Tests of the octree of points and of its blocks.
 #include "src/apps/view/point_octree.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <limits>
-#include <memory>
-#include <set>
-#include <utility>
-
 #include "tests/random.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "tests/view/gunzip.hpp"
 
 using namespace unimapper;

@@ -1,12 +1,11 @@
 // Tests of the epochs in which sessions moved.
 #include "src/apps/view/pose_epochs.hpp"
 
-#include <catch2/catch.hpp>
-
 #include "ports/store/project_writer.hpp"
 #include "ports/store/store_reader.hpp"
 #include "tests/ports/store/base.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/whole_session.hpp"
 
 using namespace unimapper;

@@ -1,7 +1,7 @@
 // Tests of alarms of robots: each is raised, and is over again.
 #include "src/apps/view/robot_alarms.hpp"
 
-#include <catch2/catch.hpp>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;

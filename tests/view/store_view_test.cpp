@@ -1,13 +1,12 @@
 // Tests of the map of a store as a page shows it while the store grows.
 #include "src/apps/view/store_view.hpp"
 
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "ports/store/project_writer.hpp"
 #include "tests/ports/store/base.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::apps;

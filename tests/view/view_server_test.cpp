@@ -6,11 +6,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <atomic>
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
-#include <thread>
+
+#include "tests/test.hpp"
 
 using namespace unimapper::apps;
 using Catch::Matchers::Contains;

@@ -1,14 +1,7 @@
 // Tests of delivery: a model of senders, link and base over seeded schedules.
 #include "unimapper/wire/delivery.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <map>
-#include <set>
-#include <tuple>
-#include <variant>
-#include <vector>
-
+#include "tests/test.hpp"
 #include "tests/wire/records.hpp"
 #include "unimapper/wire/pieces.hpp"
 #include "unimapper/wire/reassembly.hpp"

@@ -1,11 +1,7 @@
 // Bytes of the small record, part by part.
 #pragma once
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <vector>
+#include "tests/test.hpp"
 
 namespace unimapper::wire::wire_test {
 

@@ -1,13 +1,7 @@
 // Tests of the serialisation of keyframe records.
 #include "unimapper/wire/keyframe_codec.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <tuple>
-
+#include "tests/test.hpp"
 #include "tests/wire/golden.hpp"
 #include "tests/wire/model.hpp"
 #include "tests/wire/records.hpp"

@@ -1,12 +1,7 @@
 // Tests of the encoder that runs on the robot.
 #include "unimapper/wire/keyframe_encoder.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <limits>
-#include <utility>
-#include <vector>
-
+#include "tests/test.hpp"
 #include "tests/wire/model.hpp"
 #include "tests/wire/records.hpp"
 #include "tests/wire/same_record.hpp"

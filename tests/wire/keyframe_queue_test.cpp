@@ -1,13 +1,7 @@
 // Tests of the queue of keyframe copies: order, full queue, two threads.
 #include "unimapper/wire/keyframe_queue.hpp"
 
-#include <algorithm>
-#include <atomic>
-#include <catch2/catch.hpp>
-#include <functional>
-#include <thread>
-#include <vector>
-
+#include "tests/test.hpp"
 #include "unimapper/core/owned.hpp"
 
 using namespace unimapper;

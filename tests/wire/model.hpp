@@ -1,15 +1,9 @@
 // Model of quantisation and sorting that the encoder is tested against.
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <span>
-#include <utility>
-#include <vector>
-
 #include "src/core/quantise.hpp"
 #include "src/wire/cell_grid.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 
 namespace unimapper::wire::wire_test {

@@ -1,7 +1,5 @@
 // Tests of which piece a sender sends next, and which again.
-#include <catch2/catch.hpp>
-#include <vector>
-
+#include "tests/test.hpp"
 #include "unimapper/wire/delivery.hpp"
 
 using namespace unimapper::wire;

@@ -1,9 +1,7 @@
 // Tests of the pieces of keyframes and of their checksum.
 #include "unimapper/wire/pieces.hpp"
 
-#include <catch2/catch.hpp>
-#include <vector>
-
+#include "tests/test.hpp"
 #include "unimapper/wire/checksum.hpp"
 #include "unimapper/wire/messages.hpp"
 

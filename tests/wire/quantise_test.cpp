@@ -1,7 +1,5 @@
 // Keyframes quantised to the grid of the wire: what moves, what is left out, in which order
-#include <catch2/catch.hpp>
-#include <limits>
-
+#include "tests/test.hpp"
 #include "tests/wire/records.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 

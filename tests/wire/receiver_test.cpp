@@ -1,8 +1,7 @@
 // Tests of reassembly and of the receiver of sessions.
 #include "unimapper/wire/receiver.hpp"
 
-#include <catch2/catch.hpp>
-
+#include "tests/test.hpp"
 #include "tests/wire/receiving.hpp"
 #include "tests/wire/whole_session.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"

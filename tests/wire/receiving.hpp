@@ -1,12 +1,9 @@
 // Two sessions and what is said of them, for tests of receivers.
 #pragma once
 
-#include <catch2/catch.hpp>
-#include <cstdint>
 #include <type_traits>
-#include <utility>
-#include <vector>
 
+#include "tests/test.hpp"
 #include "tests/wire/stream.hpp"
 
 namespace unimapper::wire::wire_test {

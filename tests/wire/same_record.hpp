@@ -1,10 +1,7 @@
 // Comparison of records, member by member.
 #pragma once
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <vector>
-
+#include "tests/test.hpp"
 #include "unimapper/core/keyframe_record.hpp"
 
 namespace unimapper::wire::wire_test {

@@ -1,8 +1,5 @@
 // Tests of a receiver whose keyframes go to a storage: what is said when, quotas, restarts.
-#include <catch2/catch.hpp>
-#include <map>
-#include <set>
-
+#include "tests/test.hpp"
 #include "tests/wire/receiving.hpp"
 #include "unimapper/wire/checksum.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"

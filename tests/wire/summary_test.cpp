@@ -1,8 +1,5 @@
 // Tests of summaries: what they are, and how a receiver takes them.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <tuple>
-
+#include "tests/test.hpp"
 #include "tests/wire/golden.hpp"
 #include "tests/wire/model.hpp"
 #include "tests/wire/receiving.hpp"

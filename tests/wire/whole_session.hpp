@@ -1,10 +1,7 @@
 // Check of a session that arrived without a gap.
 #pragma once
 
-#include <catch2/catch.hpp>
-#include <cstddef>
-#include <cstdint>
-
+#include "tests/test.hpp"
 #include "tests/wire/stream.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 

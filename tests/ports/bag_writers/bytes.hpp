@@ -1,14 +1,7 @@
 // Bytes of files under test.
 #pragma once
 
-#include <algorithm>
-#include <cstdint>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <string>
-#include <string_view>
+#include "tests/test.hpp"
 
 namespace unimapper::bags {
 

@@ -1,11 +1,9 @@
 // Tests of the serialisation of ROS messages, against bytes laid out by hand.
 #include "ports/bag_writers/encoding.hpp"
 
-#include <catch2/catch.hpp>
-#include <string>
-
 #include "ports/bag_writers/byte_buffer.hpp"
 #include "ports/bag_writers/message_definitions.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::bags;

@@ -1,12 +1,11 @@
 // Tests of scenes in Foxglove's messages.
 #include "ports/bag_writers/foxglove_writer.hpp"
 
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "tests/ports/bag_writers/bytes.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::bags;

@@ -1,14 +1,11 @@
 // Tests of the MCAP writer, against the layout of the specification.
 #include "ports/bag_writers/mcap_writer.hpp"
 
-#include <catch2/catch.hpp>
-#include <string>
-#include <vector>
-
 #include "ports/datasets/bag/message_source.hpp"
 #include "tests/ports/bag_writers/bytes.hpp"
 #include "tests/ports/datasets/bag/mcap_file.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::bags;

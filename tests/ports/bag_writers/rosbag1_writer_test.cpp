@@ -1,13 +1,9 @@
 // Tests of the writer of ROS 1 bags, against the layout of the format's version 2.0.
-#include <catch2/catch.hpp>
-#include <map>
-#include <string>
-#include <vector>
-
 #include "ports/bag_writers/bag_writer.hpp"
 #include "ports/datasets/bag/message_source.hpp"
 #include "tests/ports/bag_writers/bytes.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::bags;

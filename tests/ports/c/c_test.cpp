@@ -1,15 +1,7 @@
 // Tests of the C interface: agreement with C++, misuse and invalid input.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <cstddef>
-#include <cstring>
-#include <string>
-#include <tuple>
-#include <vector>
-
 #include "c_pipeline.hpp"
 #include "tests/onboard/run.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;

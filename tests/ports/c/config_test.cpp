@@ -1,15 +1,8 @@
 // Configurations and memory that C programs hand over: right, old, new, and garbage.
 #include "ports/c/config.hpp"
 
-#include <catch2/catch.hpp>
-#include <cstddef>
-#include <cstring>
-#include <limits>
-#include <span>
-#include <string>
-#include <vector>
-
 #include "c_pipeline.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/decimal.hpp"
 #include "unimapper/core/parameter_table.hpp"
 #include "unimapper/onboard/config.hpp"

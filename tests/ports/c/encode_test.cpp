@@ -1,16 +1,10 @@
 // Tests of what C programs send and keep: encoded keyframes, images, earlier places.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <cstring>
-#include <limits>
-#include <vector>
-
 #include "c_pipeline.hpp"
 #include "ports/c/handle.hpp"
 #include "src/core/voxel_key.hpp"
 #include "tests/onboard/run.hpp"
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 #include "unimapper/wire/keyframe_encoder.hpp"
 
 using namespace unimapper;

@@ -1,11 +1,7 @@
 // Tests of the totals that a C program is told: sums and largest values over all keyframes
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <limits>
-#include <vector>
-
 #include "ports/c/unimapper.h"
 #include "tests/regression/tilted_town.hpp"
+#include "tests/test.hpp"
 #include "unimapper/core/owned.hpp"
 
 using namespace unimapper;

@@ -1,9 +1,6 @@
 // Tests of sensors of C programs: names, data sheets, and whether a configuration fits them.
-#include <catch2/catch.hpp>
-#include <cstring>
-#include <string>
-
 #include "ports/c/unimapper.h"
+#include "tests/test.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 using namespace unimapper;

@@ -1,10 +1,8 @@
 // Tests of the association of scans with stamps and poses.
-#include <algorithm>
-#include <catch2/catch.hpp>
-
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/pose_track.hpp"
 #include "tests/ports/datasets/pcd_fixtures.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::datasets;

@@ -1,6 +1,4 @@
 // Tests of damaged files: reading ends in points or in a DatasetError.
-#include <catch2/catch.hpp>
-
 #include "ports/datasets/helipr.hpp"
 #include "ports/datasets/kitti_raw.hpp"
 #include "ports/datasets/nuscenes.hpp"
@@ -11,6 +9,7 @@
 #include "ports/datasets/xyz.hpp"
 #include "src/core/voxel_key.hpp"
 #include "tests/ports/datasets/pcd_fixtures.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::datasets;

@@ -1,13 +1,8 @@
 // Tests of the compensation of motion within sweeps, in a room whose walls are known.
 #include "ports/datasets/deskew.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <memory>
-#include <optional>
-#include <vector>
-
 #include "ports/datasets/sensor_motion.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::datasets;

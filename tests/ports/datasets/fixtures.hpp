@@ -1,17 +1,9 @@
 // Small hand-made dataset files.
 #pragma once
 
-#include <catch2/catch.hpp>
-#include <cstdint>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <string>
-#include <string_view>
-#include <vector>
-
 #include "ports/datasets/dataset.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 namespace unimapper::datasets {
 

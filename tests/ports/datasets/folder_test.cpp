@@ -1,12 +1,10 @@
 // Tests of folders of scans in any common format, and of record sizes.
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "ports/datasets/ply.hpp"
 #include "ports/datasets/point_fields.hpp"
 #include "ports/datasets/xyz.hpp"
 #include "src/core/voxel_key.hpp"
 #include "tests/ports/datasets/pcd_fixtures.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::datasets;

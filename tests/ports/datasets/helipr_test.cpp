@@ -1,10 +1,8 @@
 // Tests of HeLiPR's four binary formats.
 #include "ports/datasets/helipr.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "tests/ports/datasets/fixtures.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::datasets;

@@ -1,11 +1,9 @@
 // Tests of the readers of KITTI, its raw drives, SemanticKITTI and the simulator's layout.
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "ports/datasets/kitti_raw.hpp"
 #include "ports/datasets/readers.hpp"
 #include "ports/datasets/sequence.hpp"
 #include "tests/ports/datasets/fixtures.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::datasets;

@@ -1,11 +1,8 @@
 // Tests of mounted LiDARs and of several LiDARs as one.
 #include "ports/datasets/mounting.hpp"
 
-#include <catch2/catch.hpp>
-#include <memory>
-#include <vector>
-
 #include "tests/ports/datasets/fixtures.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::datasets;

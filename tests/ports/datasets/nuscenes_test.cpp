@@ -1,7 +1,6 @@
 // Tests of the nuScenes reader.
-#include <catch2/catch.hpp>
-
 #include "tests/ports/datasets/fixtures.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::datasets;

@@ -1,11 +1,8 @@
 // Tests of PCD files, sequences of them, and DynamicMap_Benchmark's clouds in the world frame.
 #include "ports/datasets/pcd.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <cstring>
-
 #include "tests/ports/datasets/pcd_fixtures.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::datasets;

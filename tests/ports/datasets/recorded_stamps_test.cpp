@@ -1,10 +1,7 @@
 // Tests of stamps against the order of recording.
 #include "ports/datasets/recorded_stamps.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cstdint>
-#include <vector>
+#include "tests/test.hpp"
 
 using namespace unimapper::datasets;
 

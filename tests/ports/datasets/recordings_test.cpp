@@ -1,13 +1,10 @@
 // Tests of the readers on real recordings, if they are there.
 #include "tests/recordings.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "ports/datasets/helipr.hpp"
 #include "ports/datasets/pcd.hpp"
 #include "tests/ports/datasets/fixtures.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::datasets;

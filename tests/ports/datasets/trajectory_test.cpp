@@ -1,9 +1,8 @@
 // Tests of trajectory, time and calibration files.
-#include <catch2/catch.hpp>
-
 #include "ports/datasets/poses.hpp"
 #include "ports/datasets/text_encoding.hpp"
 #include "tests/ports/datasets/fixtures.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::datasets;

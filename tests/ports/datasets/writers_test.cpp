@@ -1,11 +1,9 @@
 // Tests of the writers: round trips and reported failures.
 #include "ports/datasets/writers.hpp"
 
-#include <array>
-#include <catch2/catch.hpp>
-
 #include "ports/datasets/poses.hpp"
 #include "tests/ports/datasets/fixtures.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::datasets;

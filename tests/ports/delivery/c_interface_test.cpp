@@ -1,18 +1,12 @@
 // Tests of the delivery's C interface: refusals, status, restarts.
-#include <catch2/catch.hpp>
 #include <cerrno>
-#include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <memory>
-#include <string>
-#include <vector>
 
 #include "ports/c/unimapper.h"
 #include "ports/delivery/c_map_pose.hpp"
 #include "ports/delivery/unimapper_delivery.h"
 #include "tests/ports/lcm/map_pose.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/stream.hpp"
 
 using namespace unimapper;

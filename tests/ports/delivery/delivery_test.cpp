@@ -1,14 +1,12 @@
 // Tests of the delivery of a session and of what earlier starts left.
 #include "ports/delivery/delivery.hpp"
 
-#include <catch2/catch.hpp>
-#include <thread>
-
 #include "ports/delivery/keyframe_head.hpp"
 #include "ports/spool/spool.hpp"
 #include "tests/ports/lcm/map_pose.hpp"
 #include "tests/ports/lcm/network.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/whole_session.hpp"
 
 using namespace unimapper;

@@ -1,11 +1,9 @@
 // Tests of the queue before a delivery.
 #include "ports/delivery/hand_over.hpp"
 
-#include <catch2/catch.hpp>
 #include <latch>
-#include <stdexcept>
-#include <thread>
-#include <vector>
+
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::delivery;

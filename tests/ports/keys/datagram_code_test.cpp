@@ -1,9 +1,7 @@
 // Tests of the codes of datagrams: every start, end and channel has its own.
 #include "ports/keys/datagram_code.hpp"
 
-#include <catch2/catch.hpp>
-#include <set>
-#include <vector>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::keys;

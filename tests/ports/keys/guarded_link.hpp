@@ -1,18 +1,13 @@
 // Robot and base with keys, and a network between them that an attacker reads and writes.
 #pragma once
 
-#include <catch2/catch.hpp>
-#include <cstdint>
-#include <functional>
-#include <string>
-#include <vector>
-
 #include "ports/keys/guards.hpp"
 #include "ports/keys/signature.hpp"
 #include "ports/lcm/latest_map_pose.hpp"
 #include "ports/lcm/messages.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "ports/lcm/sending.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/stream.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 

@@ -1,14 +1,12 @@
 // Tests of authenticated datagrams: with keys on, no forgery costs a keyframe or adds one.
 #include "ports/keys/guards.hpp"
 
-#include <catch2/catch.hpp>
-#include <thread>
-
 #include "ports/keys/key_files.hpp"
 #include "tests/ports/keys/guarded_link.hpp"
 #include "tests/ports/lcm/damage.hpp"
 #include "tests/ports/lcm/map_pose.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::keys;

@@ -1,11 +1,8 @@
 // Tests of the replay window: every number once, in almost any order.
 #include "ports/keys/replay_window.hpp"
 
-#include <catch2/catch.hpp>
-#include <cstdint>
-#include <vector>
-
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 
 using unimapper::keys::ReplayWindow;
 

@@ -1,10 +1,9 @@
 // Tests of signed keyframes: only what the robot signed, and only that.
 #include "ports/keys/signature.hpp"
 
-#include <catch2/catch.hpp>
-
 #include "src/wire/signed_keyframe.hpp"
 #include "tests/ports/lcm/damage.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/stream.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 

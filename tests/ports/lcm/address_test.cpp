@@ -1,7 +1,7 @@
 // Form of LCM addresses
 #include "ports/lcm/address.hpp"
 
-#include <catch2/catch.hpp>
+#include "tests/test.hpp"
 
 using Catch::Matchers::Contains;
 using unimapper::lcm_port::address_fault;

@@ -1,9 +1,7 @@
 // Tests of the offset between the clocks of robot and base, with simulated clocks.
 #include "ports/lcm/clock_offset.hpp"
 
-#include <catch2/catch.hpp>
-#include <cstdlib>
-
+#include "tests/test.hpp"
 #include "tests/wire/records.hpp"
 
 using namespace unimapper;

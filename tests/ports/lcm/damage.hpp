@@ -1,13 +1,7 @@
 // Damage to encoded messages, by accident and by a forger.
 #pragma once
 
-#include <catch2/catch.hpp>
-#include <cstdint>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <vector>
-
+#include "tests/test.hpp"
 #include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/checksum.hpp"
 

@@ -3,13 +3,12 @@
 
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <lcm/lcm-cpp.hpp>
-#include <stdexcept>
 
 #include "ports/shared_memory/reader.hpp"
 #include "ports/shared_memory/writer.hpp"
 #include "tests/ports/lcm/damage.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::lcm_port;

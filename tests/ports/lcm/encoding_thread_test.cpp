@@ -1,11 +1,9 @@
 // Tests of the thread that encodes keyframes.
 #include "ports/lcm/encoding_thread.hpp"
 
-#include <catch2/catch.hpp>
 #include <future>
-#include <stdexcept>
-#include <thread>
 
+#include "tests/test.hpp"
 #include "tests/wire/records.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 

@@ -1,11 +1,11 @@
 // Tests of the envelope of authenticated messages.
 #include "ports/lcm/envelope.hpp"
 
-#include <catch2/catch.hpp>
 #include <unimapper_wire/authenticated_t.hpp>
 
 #include "ports/lcm/messages.hpp"
 #include "ports/lcm/received_log.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/stream.hpp"
 
 using namespace unimapper;

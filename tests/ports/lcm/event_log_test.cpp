@@ -1,12 +1,10 @@
 // Tests of event logs, against LCM's own reader and writer too.
 #include "ports/lcm/event_log.hpp"
 
-#include <algorithm>
-#include <catch2/catch.hpp>
-
 #include "lcm/lcm-cpp.hpp"
 #include "tests/ports/lcm/damage.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/records.hpp"
 
 using namespace unimapper;

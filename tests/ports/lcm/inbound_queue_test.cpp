@@ -1,8 +1,7 @@
 // Tests of the queue that is bounded by bytes.
 #include "ports/lcm/inbound_queue.hpp"
 
-#include <catch2/catch.hpp>
-#include <thread>
+#include "tests/test.hpp"
 
 using namespace unimapper::lcm_port;
 using Clock = std::chrono::steady_clock;

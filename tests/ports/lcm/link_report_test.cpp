@@ -1,11 +1,8 @@
 // Tests of what a base answers to probes, and of what a publisher learns from its base.
-#include <catch2/catch.hpp>
-#include <cstdlib>
-#include <thread>
-
 #include "ports/lcm/shared_link.hpp"
 #include "tests/ports/lcm/map_pose.hpp"
 #include "tests/ports/lcm/network.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/whole_session.hpp"
 
 using namespace unimapper;

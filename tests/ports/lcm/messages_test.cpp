@@ -1,11 +1,6 @@
 // Tests of the LCM encoding of messages.
 #include "ports/lcm/messages.hpp"
 
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <cstring>
-#include <functional>
-#include <limits>
 #include <unimapper_wire/authenticated_t.hpp>
 #include <unimapper_wire/chunk_t.hpp>
 #include <unimapper_wire/health_t.hpp>
@@ -17,6 +12,7 @@
 
 #include "tests/ports/lcm/damage.hpp"
 #include "tests/ports/lcm/map_pose.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::wire;

@@ -1,16 +1,11 @@
 // Network within the process between publishers and a base.
 #pragma once
 
-#include <algorithm>
 #include <condition_variable>
-#include <cstdint>
-#include <mutex>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include "ports/lcm/publisher.hpp"
 #include "ports/lcm/received_log.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/stream.hpp"
 
 namespace unimapper::lcm_port::lcm_test {

@@ -1,8 +1,6 @@
 // Model of robot, link and base with probes, receipts, window and pacing, over seeded schedules.
-#include <catch2/catch.hpp>
-#include <cmath>
-
 #include "tests/ports/lcm/simulated_link.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::lcm_port;

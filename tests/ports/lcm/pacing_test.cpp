@@ -1,11 +1,8 @@
 // Tests of the control of a sender's rate, over a simulated link.
 #include "ports/lcm/pacing.hpp"
 
-#include <catch2/catch.hpp>
-#include <numeric>
-#include <stdexcept>
-
 #include "tests/ports/lcm/simulated_link.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::lcm_port;

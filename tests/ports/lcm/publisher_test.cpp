@@ -1,14 +1,11 @@
 // Tests of the paced publisher.
 #include "ports/lcm/publisher.hpp"
 
-#include <atomic>
-#include <catch2/catch.hpp>
-#include <functional>
 #include <future>
-#include <set>
 
 #include "ports/lcm/live.hpp"
 #include "tests/ports/lcm/network.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/whole_session.hpp"
 
 using namespace unimapper;

@@ -3,7 +3,6 @@
 
 #include <sys/resource.h>
 
-#include <catch2/catch.hpp>
 #include <csignal>
 
 #include "ports/lcm/event_log.hpp"
@@ -11,6 +10,7 @@
 #include "tests/ports/lcm/damage.hpp"
 #include "tests/ports/lcm/network.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/whole_session.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 

@@ -1,14 +1,10 @@
 // Simulated link between a robot that sends pieces and a base that answers, with its own clock.
 #pragma once
 
-#include <algorithm>
-#include <cstdint>
 #include <deque>
-#include <map>
-#include <optional>
-#include <vector>
 
 #include "ports/lcm/pacing.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/records.hpp"
 #include "unimapper/wire/delivery.hpp"
 

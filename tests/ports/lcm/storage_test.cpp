@@ -1,13 +1,9 @@
 // Tests of publishers with a spool: evicted keyframes, restarts, earlier sessions.
-#include <atomic>
-#include <catch2/catch.hpp>
-#include <fstream>
-#include <thread>
-
 #include "ports/lcm/earlier_sessions.hpp"
 #include "ports/spool/spool.hpp"
 #include "tests/ports/lcm/network.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/whole_session.hpp"
 
 using namespace unimapper;

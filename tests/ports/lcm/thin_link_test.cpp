@@ -1,10 +1,7 @@
 // Tests of thin links: summaries keep up with the robot, keyframes follow as the link allows.
-#include <algorithm>
-#include <catch2/catch.hpp>
-#include <vector>
-
 #include "src/core/quantile.hpp"
 #include "tests/ports/lcm/simulated_link.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::lcm_port;

@@ -1,13 +1,7 @@
 // Tests of the allocation counter.
 #include "ports/linux/allocation_counter.hpp"
 
-#include <Eigen/Core>
-#include <catch2/catch.hpp>
-#include <cstdlib>
-#include <memory>
-#include <string>
-#include <thread>
-#include <vector>
+#include "tests/test.hpp"
 
 using unimapper::linux_port::AllocationGuard;
 

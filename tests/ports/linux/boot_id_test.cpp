@@ -1,8 +1,7 @@
 // Tests of random boot ids: two starts never share one.
 #include "ports/linux/boot_id.hpp"
 
-#include <catch2/catch.hpp>
-#include <set>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 

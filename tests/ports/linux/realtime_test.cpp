@@ -6,11 +6,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <cerrno>
-#include <string>
-#include <thread>
-#include <vector>
+
+#include "tests/test.hpp"
 
 using namespace unimapper::linux_port;
 using Catch::Matchers::Contains;

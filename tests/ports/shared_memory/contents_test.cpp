@@ -1,8 +1,4 @@
 // Tests of keyframes, labels and health in shared memory.
-#include <catch2/catch.hpp>
-#include <limits>
-#include <vector>
-
 #include "ports/shared_memory/content_reader.hpp"
 #include "ports/shared_memory/content_writer.hpp"
 #include "ports/shared_memory/pipeline_share.hpp"
@@ -12,6 +8,7 @@
 #include "tests/ports/shared_memory/content_walk.hpp"
 #include "tests/ports/shared_memory/share.hpp"
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"
 
 using namespace unimapper;

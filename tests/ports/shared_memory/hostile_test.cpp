@@ -2,13 +2,11 @@
 #include <fcntl.h>
 #include <sys/wait.h>
 
-#include <array>
-#include <catch2/catch.hpp>
 #include <cerrno>
-#include <vector>
 
 #include "tests/ports/shared_memory/share.hpp"
 #include "tests/random.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::shared_memory;

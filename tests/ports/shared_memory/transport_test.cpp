@@ -2,13 +2,10 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 
-#include <array>
-#include <catch2/catch.hpp>
 #include <cerrno>
-#include <string>
-#include <vector>
 
 #include "tests/ports/shared_memory/share.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::shared_memory;

@@ -1,14 +1,8 @@
 // Tests of consumers and threads that wait for messages.
 #include <unistd.h>
 
-#include <array>
-#include <atomic>
-#include <catch2/catch.hpp>
-#include <cstring>
-#include <thread>
-#include <vector>
-
 #include "tests/ports/shared_memory/share.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::shared_memory;

@@ -1,10 +1,8 @@
 // Tests of what a spool writes while it waits for the disk.
-#include <catch2/catch.hpp>
-#include <filesystem>
-
 #include "tests/ports/spool/disk.hpp"
 #include "tests/ports/spool/keyframes.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::spool;

@@ -1,9 +1,8 @@
 // Tests of torn, damaged and foreign segments.
-#include <catch2/catch.hpp>
-
 #include "ports/spool/spool.hpp"
 #include "tests/ports/spool/keyframes.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::spool;

@@ -1,17 +1,11 @@
 // Disk that fails, fills up or keeps its writer waiting.
 #pragma once
 
-#include <algorithm>
-#include <atomic>
 #include <cerrno>
-#include <chrono>
-#include <cstdint>
-#include <filesystem>
-#include <memory>
 #include <system_error>
-#include <thread>
 
 #include "ports/spool/spool.hpp"
+#include "tests/test.hpp"
 
 namespace unimapper::spool::spool_test {
 

@@ -1,12 +1,8 @@
 // Tests of the spool on a disk that is full, fails or goes away.
-#include <catch2/catch.hpp>
-#include <filesystem>
-#include <mutex>
-#include <numeric>
-
 #include "tests/ports/spool/disk.hpp"
 #include "tests/ports/spool/keyframes.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::spool;

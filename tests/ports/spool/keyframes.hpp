@@ -1,17 +1,8 @@
 // Keyframes and folders for tests of the spool.
 #pragma once
 
-#include <algorithm>
-#include <chrono>
-#include <cstdint>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "ports/spool/spool.hpp"
+#include "tests/test.hpp"
 
 namespace unimapper::spool::spool_test {
 

@@ -3,13 +3,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
-#include <cstdint>
-#include <thread>
-
 #include "ports/spool/spool.hpp"
 #include "tests/ports/spool/keyframes.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::spool;

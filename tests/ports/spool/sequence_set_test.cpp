@@ -1,8 +1,7 @@
 // Test of sets of sequence numbers against a plain set.
 #include "ports/spool/sequence_set.hpp"
 
-#include <catch2/catch.hpp>
-#include <set>
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::spool;

@@ -1,12 +1,9 @@
 // Tests of the spool: round trip, restart, limits.
 #include "ports/spool/spool.hpp"
 
-#include <catch2/catch.hpp>
-#include <chrono>
-#include <thread>
-
 #include "tests/ports/spool/keyframes.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::spool;

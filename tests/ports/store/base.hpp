@@ -1,13 +1,9 @@
 // A base on a store, fed with messages.
 #pragma once
 
-#include <filesystem>
-#include <map>
-#include <string>
-#include <vector>
-
 #include "ports/store/keyframe_store.hpp"
 #include "ports/store/store_reader.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/stream.hpp"
 
 namespace unimapper::store::store_test {

@@ -1,9 +1,8 @@
 // Tests of a store on a disk that fails or is full.
-#include <catch2/catch.hpp>
-
 #include "tests/ports/store/base.hpp"
 #include "tests/ports/store/faulty_disk.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::store;

@@ -3,10 +3,8 @@
 
 #include <sqlite3.h>
 
-#include <atomic>
-#include <stdexcept>
-
 #include "ports/store/database.hpp"
+#include "tests/test.hpp"
 
 namespace unimapper::store::store_test {
 

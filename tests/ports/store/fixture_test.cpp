@@ -1,9 +1,7 @@
 // Tests of a store that is kept as a file: later versions still read it.
-#include <catch2/catch.hpp>
-#include <cstdlib>
-
 #include "tests/folders.hpp"
 #include "tests/ports/store/project.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/whole_session.hpp"
 
 using namespace unimapper;

@@ -1,7 +1,6 @@
 // Tests of recorded sessions that are taken into a store.
-#include <catch2/catch.hpp>
-
 #include "tests/ports/store/project.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/whole_session.hpp"
 
 using namespace unimapper;

@@ -5,15 +5,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
-#include <chrono>
-#include <set>
-
 #include "ports/lcm/messages.hpp"
 #include "ports/lcm/received_log.hpp"
 #include "ports/lcm/sending.hpp"
 #include "tests/ports/store/base.hpp"
 #include "tests/ports/store/memory_folder.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::store;

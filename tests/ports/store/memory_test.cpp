@@ -1,9 +1,7 @@
 // Test of a base's memory over a long drive.
-#include <catch2/catch.hpp>
-#include <fstream>
-
 #include "tests/ports/store/base.hpp"
 #include "tests/ports/store/memory_folder.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::store;

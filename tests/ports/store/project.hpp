@@ -1,15 +1,12 @@
 // A project of two sessions, and what it says as text.
 #pragma once
 
-#include <catch2/catch.hpp>
-#include <functional>
-#include <sstream>
-
 #include "ports/store/project_writer.hpp"
 #include "ports/store/session_import.hpp"
 #include "ports/store/transaction.hpp"
 #include "tests/ports/store/base.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 
 namespace unimapper::store::store_test {
 

@@ -1,7 +1,6 @@
 // Tests of what the check says of a project that changed on the disk.
-#include <catch2/catch.hpp>
-
 #include "tests/ports/store/project.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::store;

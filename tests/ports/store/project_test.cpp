@@ -1,9 +1,8 @@
 // Tests of stored projects: epochs, statements, results, outcomes of loops and placements, locks.
 #include "tests/ports/store/project.hpp"
 
-#include <catch2/catch.hpp>
-
 #include "tests/ports/store/faulty_disk.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::store;

@@ -1,8 +1,7 @@
 // Tests of sessions that are removed from a project for good.
-#include <catch2/catch.hpp>
-
 #include "tests/ports/store/faulty_disk.hpp"
 #include "tests/ports/store/project.hpp"
+#include "tests/test.hpp"
 
 using namespace unimapper;
 using namespace unimapper::store;

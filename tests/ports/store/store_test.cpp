@@ -1,13 +1,11 @@
 // Tests of the durable store: idempotence, restart, schema, locks.
-#include <catch2/catch.hpp>
-#include <fstream>
-
 #include "ports/store/session_follower.hpp"
 #include "ports/store/session_key.hpp"
 #include "ports/store/store_file.hpp"
 #include "ports/store/transaction.hpp"
 #include "tests/ports/store/base.hpp"
 #include "tests/temporary_directory.hpp"
+#include "tests/test.hpp"
 #include "tests/wire/whole_session.hpp"
 
 using namespace unimapper;
