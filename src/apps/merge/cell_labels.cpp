@@ -12,23 +12,23 @@
 namespace unimapper::apps {
 namespace {
 
-// Twice as wide as a cell: what is nearest to a point lies in one of the eight bins around it.
-constexpr float kBinCells = 2.0F;
-// A point farther than this from every mean was left out of the keyframe.
-constexpr float kFarthestCells = 1.8F;
+// What is below a cell or next to it lies in the bins around its own.
+constexpr std::int32_t kBinCells = 2;
 
 constexpr float kNever = std::numeric_limits<float>::infinity();
 
 }  // namespace
 
-CellLabels::CellLabels(const KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined,
-                       float cell_size_m)
-    : bin_m_(kBinCells * cell_size_m), farthest_m_(kFarthestCells * cell_size_m) {
+CellLabels::CellLabels(const KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined)
+    : T_odometry_keyframe_(keyframe.T_odometry_keyframe),
+      cell_size_m_(keyframe.cell_size_m),
+      bin_m_(static_cast<float>(kBinCells) * cell_size_m_) {
   for (const bool dynamic : {false, true}) {
     merge::visit_cells(keyframe, refined, dynamic, [&](const FineCell& cell) {
-      const VoxelIndex bin = voxel_index(cell.position, 1.0F / bin_m_);
-      if (!is_representable(bin)) return;
-      entries_.push_back({pack(bin), cell.position, dynamic, cell.ground != 0, kNever});
+      const std::optional<VoxelIndex> voxel = voxel_of(cell.position);
+      if (!voxel) return;
+      entries_.push_back(
+          {pack(bin_of(*voxel)), pack(*voxel), cell.position, dynamic, cell.ground != 0, kNever});
     });
   }
   std::stable_sort(entries_.begin(), entries_.end(),
@@ -37,12 +37,33 @@ CellLabels::CellLabels(const KeyframeRecord& keyframe, const merge::RefinedKeyfr
   separate_feet();
 }
 
+std::optional<VoxelIndex> CellLabels::voxel_of(const Eigen::Vector3f& point) const {
+  const auto in_cells = [&](const Eigen::Vector3d& p) -> Eigen::Array3d {
+    return (p / static_cast<double>(cell_size_m_)).array().floor();
+  };
+  // From the keyframe on, so that odometry may have travelled as far as it likes.
+  const Eigen::Array3d index = in_cells(T_odometry_keyframe_ * point.cast<double>()) -
+                               in_cells(T_odometry_keyframe_.translation);
+  // Also false for NaN.
+  if (!(index.abs().maxCoeff() < static_cast<double>(kVoxelAxisLimit - kBinCells))) {
+    return std::nullopt;
+  }
+  return VoxelIndex{static_cast<std::int32_t>(index.x()), static_cast<std::int32_t>(index.y()),
+                    static_cast<std::int32_t>(index.z())};
+}
+
+VoxelIndex CellLabels::bin_of(const VoxelIndex& voxel) {
+  return {floor_divide(voxel.x, kBinCells), floor_divide(voxel.y, kBinCells),
+          floor_divide(voxel.z, kBinCells)};
+}
+
 template <typename Visit>
 void CellLabels::visit_around(const Eigen::Vector3f& point, const Visit& visit) const {
-  const VoxelIndex middle = voxel_index(point, 1.0F / bin_m_);
+  const std::optional<VoxelIndex> voxel = voxel_of(point);
+  if (!voxel) return;
+  const VoxelIndex middle = bin_of(*voxel);
   for (int n = 0; n < 27; ++n) {
     const VoxelIndex bin{middle.x + n % 3 - 1, middle.y + n / 3 % 3 - 1, middle.z + n / 9 - 1};
-    if (!is_representable(bin)) continue;
     const auto found = first_.find(pack(bin));
     if (found == first_.end()) continue;
     for (std::size_t i = found->second; i < entries_.size() && entries_[i].bin == found->first;
@@ -88,24 +109,15 @@ void CellLabels::separate_feet() {
 }
 
 bool CellLabels::is_dynamic(const Eigen::Vector3f& point) const {
-  const VoxelIndex low =
-      voxel_index(point - Eigen::Vector3f::Constant(0.5F * bin_m_), 1.0F / bin_m_);
-  float nearest = farthest_m_ * farthest_m_;
-  bool dynamic = false;
-  for (int n = 0; n < 8; ++n) {
-    const VoxelIndex bin{low.x + (n & 1), low.y + (n >> 1 & 1), low.z + (n >> 2)};
-    if (!is_representable(bin)) continue;
-    const auto found = first_.find(pack(bin));
-    if (found == first_.end()) continue;
-    for (std::size_t i = found->second; i < entries_.size() && entries_[i].bin == found->first;
-         ++i) {
-      const float distance = (entries_[i].position - point).squaredNorm();
-      if (distance >= nearest) continue;
-      nearest = distance;
-      dynamic = entries_[i].dynamic || point.z() > entries_[i].dynamic_above_m;
-    }
+  const std::optional<VoxelIndex> voxel = voxel_of(point);
+  if (!voxel) return false;
+  const auto found = first_.find(pack(bin_of(*voxel)));
+  if (found == first_.end()) return false;
+  for (std::size_t i = found->second; i < entries_.size() && entries_[i].bin == found->first; ++i) {
+    const Entry& entry = entries_[i];
+    if (entry.voxel == pack(*voxel)) return entry.dynamic || point.z() > entry.dynamic_above_m;
   }
-  return dynamic;
+  return false;
 }
 
 }  // namespace unimapper::apps

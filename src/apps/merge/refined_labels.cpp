@@ -17,16 +17,13 @@ namespace fs = std::filesystem;
 /// Labels of one recording, scan by scan.
 class LabelWriter {
  public:
-  LabelWriter(const fs::path& folder, const datasets::Dataset& dataset, float cell_size_m)
-      : labels_(folder / "labels"),
-        dataset_(dataset),
-        cell_size_m_(cell_size_m),
-        written_(dataset.scan_count(), false) {
+  LabelWriter(const fs::path& folder, const datasets::Dataset& dataset)
+      : labels_(folder / "labels"), dataset_(dataset), written_(dataset.scan_count(), false) {
     datasets::make_directory(labels_);
   }
 
   void write(const KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined) {
-    const CellLabels cells(keyframe, refined, cell_size_m_);
+    const CellLabels cells(keyframe, refined);
     for (const KeyframeScan& scan : keyframe.scans) {
       if (scan.scan_index >= dataset_.scan_count()) {
         throw std::runtime_error("--truth: the recording has no scan " +
@@ -75,7 +72,6 @@ class LabelWriter {
 
   fs::path labels_;
   const datasets::Dataset& dataset_;
-  float cell_size_m_;
   std::vector<bool> written_;
   datasets::Scan scan_;
   std::vector<std::uint32_t> labels_of_scan_;
@@ -84,10 +80,9 @@ class LabelWriter {
 }  // namespace
 
 std::size_t write_refined_labels(const fs::path& folder, const fs::path& dataset,
-                                 const SessionData& session, const merge::MergedSession& merged,
-                                 float cell_size_m) {
+                                 const SessionData& session, const merge::MergedSession& merged) {
   const auto recording = datasets::open_dataset(dataset, {.sensor = session.info.sensor});
-  LabelWriter writer(folder, *recording, cell_size_m);
+  LabelWriter writer(folder, *recording);
   for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
     if (session.keyframes[k].is_summary) continue;
     writer.write(*whole_keyframe(session, k), merged.refined[k]);

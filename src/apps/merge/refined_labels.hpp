@@ -12,9 +12,9 @@ namespace unimapper::apps {
 /// `unimapper onboard` does: 251 for dynamic points, 9 for all others; scans in no whole keyframe
 /// are all static, and how many these are is returned. `unimapper evaluate dynamic --run FOLDER`
 /// scores it. Throws DatasetError, and std::runtime_error if the dataset is not the one the session
-/// was made of. `cell_size_m`: edge of the session's fine cells. O(points).
+/// was made of. O(points).
 std::size_t write_refined_labels(const std::filesystem::path& folder,
                                  const std::filesystem::path& dataset, const SessionData& session,
-                                 const merge::MergedSession& merged, float cell_size_m);
+                                 const merge::MergedSession& merged);
 
 }  // namespace unimapper::apps

@@ -36,13 +36,13 @@ double seconds_since(Clock::time_point start) {
 void write_refined_labels_of_sessions(const MergeOptions& options,
                                       const std::filesystem::path& folder,
                                       const std::vector<SessionData>& sessions,
-                                      const merge::MergeResult& result, float cell_size_m) {
+                                      const merge::MergeResult& result) {
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     const std::string& name = sessions[s].info.name;
     for (const auto& [session, dataset] : options.reference.truths) {
       if (session != name) continue;
-      const std::size_t without = write_refined_labels(
-          folder / "refined" / name, dataset, sessions[s], result.sessions[s], cell_size_m);
+      const std::size_t without =
+          write_refined_labels(folder / "refined" / name, dataset, sessions[s], result.sessions[s]);
       if (without > 0) {
         std::cerr << "unimapper: warning: " << without << " scans of " << name
                   << " are in no whole keyframe: all their points are labelled static\n";
@@ -141,8 +141,7 @@ void run_merge(const MergeOptions& options) {
   if (scene) write_scene(scene->path(), scene_of_merge(sessions, result));
 
   if (options.refined_labels) {
-    const float cell_size_m = config.refinement.cell_size_m;
-    write_refined_labels_of_sessions(options, map.path(), sessions, result, cell_size_m);
+    write_refined_labels_of_sessions(options, map.path(), sessions, result);
   }
 
   report.sessions = &sessions;
