@@ -1,5 +1,5 @@
-// Outcome of a merge of two runs with every rule of acceptance and with each one switched off, and
-// figures of their loop candidates, beside the true poses; lines for pairs.sh
+// Outcome of a merge of two runs with every rule of acceptance and with single ones or sets of them
+// switched off, and figures of their loop candidates, beside the true poses; lines for pairs.sh
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -194,10 +194,26 @@ const std::vector<Rule>& rules() {
   return all;
 }
 
-bool passes(const Verified& verified, const Rule& without) {
+/// Rules that are off together, by their names with + between them.
+std::vector<const Rule*> rules_of(std::string_view names) {
+  std::vector<const Rule*> found;
+  while (!names.empty()) {
+    const std::string_view name = names.substr(0, names.find('+'));
+    names.remove_prefix(std::min(names.size(), name.size() + 1));
+    const auto rule = std::find_if(rules().begin(), rules().end(),
+                                   [&](const Rule& one) { return one.name == name; });
+    if (rule == rules().end()) throw std::runtime_error(std::string(name) + ": no rule");
+    found.push_back(&*rule);
+  }
+  return found;
+}
+
+bool passes(const Verified& verified, const std::vector<const Rule*>& without) {
   return std::all_of(verified.gates.begin(), verified.gates.end(), [&](const LoopGate& gate) {
-    return gate.passed ||
-           std::find(without.gates.begin(), without.gates.end(), gate.name) != without.gates.end();
+    return gate.passed || std::any_of(without.begin(), without.end(), [&](const Rule* rule) {
+             return std::find(rule->gates.begin(), rule->gates.end(), gate.name) !=
+                    rule->gates.end();
+           });
   });
 }
 
@@ -224,23 +240,26 @@ class Acceptance {
     }
   }
 
-  /// "rule", its name, the outcome of the pair and the error of the placement, metres; "-": no
+  /// "rule", the names, the outcome of the pair and the error of the placement, metres; "-": no
   /// keyframes lie beside each other. With all rules the poses are refined, and drawn.
-  void print_without(const Rule& rule) {
+  void print_without(const std::string& names) {
+    const std::vector<const Rule*> without = rules_of(names);
     MergeConfig config = config_;
-    rule.switch_off(config);
+    for (const Rule* rule : without) rule->switch_off(config);
     std::vector<LoopConstraint> loops = within_;
     for (const Verified& verified : verified_) {
-      if (passes(verified, rule)) loops.push_back(verified.loop);
+      if (passes(verified, without)) loops.push_back(verified.loop);
     }
     Alignment alignment = align_sessions(sessions_, loops, config, [&](const Placement& placement) {
       PlacementEvidence evidence = evidence_of(placement, config);
-      if (rule.is_vote) evidence.contradicting = 0;
-      if (rule.is_walls && evidence.aliasing.starts_with("the walls")) evidence.aliasing.clear();
+      for (const Rule* rule : without) {
+        if (rule->is_vote) evidence.contradicting = 0;
+        if (rule->is_walls && evidence.aliasing.starts_with("the walls")) evidence.aliasing.clear();
+      }
       return evidence;
     });
     const bool is_merged = alignment.connected[0] && alignment.connected[1];
-    const bool has_all_rules = &rule == &rules().front();
+    const bool has_all_rules = names == rules().front().name;
     if (is_merged && has_all_rules) alignment = refined(alignment, loops);
     std::string state = alignment.pairs.empty() ? "refused" : state_name(alignment.pairs[0].state);
     if (is_merged) state = "merged";
@@ -249,7 +268,7 @@ class Acceptance {
         : alignment.pairs.empty() ? Pose{}
                                   : alignment.pairs[0].T_match_session_query_session;
     if (has_all_rules && !picture_.empty()) draw(alignment, T_match_query, state == "refused");
-    std::printf("rule\t%s\t%s\t%s\t%s\n", rule.name, state.c_str(),
+    std::printf("rule\t%s\t%s\t%s\t%s\n", names.c_str(), state.c_str(),
                 state == "refused" ? "-" : error_text(alignment, T_match_query).c_str(),
                 alignment.pairs.empty() ? "no loops" : alignment.pairs[0].reason.c_str());
   }
@@ -280,8 +299,14 @@ class Acceptance {
 
   PlacementEvidence evidence_of(const Placement& placement, const MergeConfig& config) {
     const Eigen::Vector3d& t = placement.T_match_session_query_session.translation;
-    const auto key = std::make_tuple(placement.loops.size(), t.x(), t.y(), t.z(),
-                                     config.aliasing.alike_share, config.aliasing.changed_share);
+    const EvidenceKey key{placement.loops.size(),
+                          t.x(),
+                          t.y(),
+                          t.z(),
+                          placement.competing.size(),
+                          placement.is_short,
+                          config.aliasing.alike_share,
+                          config.aliasing.changed_share};
     const auto known = evidence_.find(key);
     if (known != evidence_.end()) return known->second;
     const PlacementEvidence evidence =
@@ -318,8 +343,10 @@ class Acceptance {
   const fs::path picture_;
   std::vector<LoopConstraint> within_;
   std::vector<AlignmentSession> sessions_;
-  std::map<std::tuple<std::size_t, double, double, double, double, double>, PlacementEvidence>
-      evidence_;
+  /// Of a placement, and the parameters that rules switch off.
+  using EvidenceKey =
+      std::tuple<std::size_t, double, double, double, std::size_t, bool, double, double>;
+  std::map<EvidenceKey, PlacementEvidence> evidence_;
 };
 
 double number_of(std::string_view text) {
@@ -334,12 +361,13 @@ double number_of(std::string_view text) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 5 || argc > 7) {
-    std::fprintf(
-        stderr,
-        "usage: merge_pairs_bench MATCH.lcmlog DATASET QUERY.lcmlog DATASET [OVERLAP [PICTURE]]\n"
-        "OVERLAP: way that the query has beside the match at most, metres, or all\n"
-        "PICTURE: a PNG of the placement that was found, or of the true one\n");
+  if (argc < 5) {
+    std::fprintf(stderr,
+                 "usage: merge_pairs_bench MATCH.lcmlog DATASET QUERY.lcmlog DATASET\n"
+                 "                         [OVERLAP [PICTURE [RULES...]]]\n"
+                 "OVERLAP: way that the query has beside the match at most, metres, or all\n"
+                 "PICTURE: a PNG of the placement that was found, or of the true one\n"
+                 "RULES: names with + between them: off together; else each rule is off once\n");
     return 2;
   }
   try {
@@ -350,7 +378,11 @@ int main(int argc, char** argv) {
     const std::vector<Verified> verified = ask_all_gates(runs, clouds, config);
     for (const Verified& one : verified) print(runs, one);
     Acceptance acceptance(runs, clouds, config, verified, argc > 6 ? argv[6] : "");
-    for (const Rule& rule : rules()) acceptance.print_without(rule);
+    acceptance.print_without(rules().front().name);
+    for (int i = 7; i < argc; ++i) acceptance.print_without(argv[i]);
+    for (std::size_t i = 1; argc <= 7 && i < rules().size(); ++i) {
+      acceptance.print_without(rules()[i].name);
+    }
   } catch (const std::exception& error) {
     std::fprintf(stderr, "merge_pairs_bench: %s\n", error.what());
     return 1;

@@ -15,7 +15,8 @@
 # it truly lies.
 #
 # What is there is not done again: OUT, a folder of runs and outcomes. BIN: programs; SCENES and
-# SENSORS: others than all; LAYOUT=1 prints the tables without figures.
+# SENSORS: others than all; SETS="tilt+residual;tilt+votes of neighbours": sets of rules that are off together,
+# instead of each one alone; LAYOUT=1 prints the tables without figures.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh
@@ -28,6 +29,7 @@ seeds=${2:-1 2 3 4}
 read -ra scenes <<<"${SCENES:-town campus square street hall}"
 read -ra sensors <<<"${SENSORS:-os2-128 os1-64 hdl-64e vlp-16 livox-mid-360 aeva-aeries2 livox-avia}"
 alike="bore fixtures decks streets corridor courtyard quad orchard"
+IFS=';' read -ra sets <<<"${SETS:-}"
 out=${OUT:-build/bench/pairs}
 bin=${BIN:-build/release/bin}
 unimapper=$bin/unimapper
@@ -39,7 +41,7 @@ outcomes_of() {
   if [ ! -e "$file" ]; then
     mkdir -p "$out/outcomes" "$out/pictures"
     "$bin/merge_pairs_bench" "$out/runs/$5/keyframes.lcmlog" "$out/data/$5" \
-      "$out/runs/$6/keyframes.lcmlog" "$out/data/$6" "${7:-all}" "$out/pictures/$name.png" \
+      "$out/runs/$6/keyframes.lcmlog" "$out/data/$6" "${7:-all}" "$out/pictures/$name.png" "${sets[@]}" \
       >"$out/unfinished.tsv"
     mv "$out/unfinished.tsv" "$file"
   fi
@@ -218,9 +220,11 @@ rule_rows() {
   local name
   echo "| without this rule | right pairs merged | merged wrong | wrong pairs merged |"
   rule 4
-  for name in none tilt "overlap before" convergence correction residual overlap "free space" \
-    "number and span" "competing set" "weakest direction" "one place" repetition storeys \
-    "votes of neighbours" walls deformation; do
+  local names=(none tilt "overlap before" convergence correction residual overlap "free space"
+    "number and span" "competing set" "weakest direction" "one place" repetition storeys
+    "votes of neighbours" walls deformation)
+  [ ${#sets[@]} -eq 0 ] || names=(none "${sets[@]}")
+  for name in "${names[@]}"; do
     row "$name" 3 rule_cells "$name"
   done
 }
