@@ -165,11 +165,10 @@ struct Rule {
 const std::vector<Rule>& rules() {
   static const std::vector<Rule> all = {
       {"none", {}},
-      {"tilt", {"tilt before alignment in sigmas", "tilt in sigmas"}},
+      {"tilt", {"tilt in sigmas"}},
       {"overlap before", {"overlap before alignment"}},
       {"convergence", {"alignment did not converge"}},
       {"correction", {"alignment moved it by metres", "alignment turned it by radians"}},
-      {"residual", {"rmse in metres"}},
       {"overlap", {"overlap"}},
       {"free space", {"structure in free space"}},
       {"number and span",

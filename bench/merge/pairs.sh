@@ -220,7 +220,7 @@ rule_rows() {
   local name
   echo "| without this rule | right pairs merged | merged wrong | wrong pairs merged |"
   rule 4
-  local names=(none tilt "overlap before" convergence correction residual overlap "free space"
+  local names=(none tilt "overlap before" convergence correction overlap "free space"
     "number and span" "competing set" "weakest direction" "one place" repetition storeys
     "votes of neighbours" walls deformation)
   [ ${#sets[@]} -eq 0 ] || names=(none "${sets[@]}")
@@ -232,9 +232,8 @@ rule_rows() {
 # Candidates of descriptors: what counts as right, and the gate that refuses each.
 candidates='
   BEGIN { FS = "\t"
-    split("tilt before alignment in sigmas|overlap before alignment|alignment did not converge|" \
-          "alignment moved it by metres|alignment turned it by radians|tilt in sigmas|rmse in metres|" \
-          "overlap|structure in free space", gate, "|")
+    split("overlap before alignment|alignment did not converge|alignment moved it by metres|" \
+          "alignment turned it by radians|tilt in sigmas|overlap|structure in free space", gate, "|")
     for (g in gate) number[gate[g]] = g }
   function is_narrow(lidar) { return lidar ~ /avia|aeva/ }
   $6 != "candidate" { next }
@@ -257,19 +256,19 @@ gate_cells() {
     !right { ++wrong; off += !refusing && error[3] > 1 }
     right { ++all; if (!refusing) { ++accepted; off += error[3] > 1 } else ++by[first] }
     END { printf "%d | %d", all, accepted
-      for (g = 1; g <= 9; ++g) if (g != 5) printf " | %d", by[g] + (g == 4 ? by[5] : 0)
+      for (g = 1; g <= 7; ++g) if (g != 4) printf " | %d", by[g] + (g == 3 ? by[4] : 0)
       printf " | %d | %d", wrong, off }' "$out/all.tsv"
 }
 
 gate_rows() {
-  echo "| candidates of pairs | right | accepted | refused by tilt before | overlap before | convergence | correction | tilt | residual | overlap | free space | wrong | accepted, off by more than 1 m |"
-  rule 13
-  row "ordinary scenes, one LiDAR" 12 gate_cells same
-  row "two LiDARs that see all round" 12 gate_cells 0
-  row "one with a narrow view" 12 gate_cells 1
-  row "both with a narrow view" 12 gate_cells 2
-  row "look-alike scenes" 12 gate_cells alike
-  row "wrong pairs" 12 gate_cells wrong
+  echo "| candidates of pairs | right | accepted | refused by overlap before | convergence | correction | tilt | overlap | free space | wrong | accepted, off by more than 1 m |"
+  rule 11
+  row "ordinary scenes, one LiDAR" 10 gate_cells same
+  row "two LiDARs that see all round" 10 gate_cells 0
+  row "one with a narrow view" 10 gate_cells 1
+  row "both with a narrow view" 10 gate_cells 2
+  row "look-alike scenes" 10 gate_cells alike
+  row "wrong pairs" 10 gate_cells wrong
 }
 
 # alone_cells NUMBER: right and wrong candidates that a gate alone refuses, of all pairs
@@ -282,8 +281,7 @@ alone_rows() {
   local name number=0
   echo "| refused by this gate and by no other | right | wrong |"
   rule 3
-  for name in "tilt before" "overlap before" convergence "moved too far" "turned too far" tilt residual \
-    overlap "free space"; do
+  for name in "overlap before" convergence "moved too far" "turned too far" tilt overlap "free space"; do
     number=$((number + 1))
     row "$name" 2 alone_cells "$number"
   done
@@ -293,7 +291,7 @@ alone_rows() {
 limit_cells() {
   awk -v scenes="${scenes[*]}" -v limit="$1" "$candidates"'
     { split($NF, part, " "); share = part[length(part)]
-      if (refusing > (first == 9)) next
+      if (refusing > (first == 7)) next
       if (right) { ++all; kept += share <= limit } else { ++others; passed += share <= limit } }
     END { printf "%d of %d | %d of %d", all - kept, all, passed, others }' "$out/all.tsv"
 }

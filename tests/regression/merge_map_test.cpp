@@ -231,9 +231,6 @@ TEST_CASE("verification of loops with every reason to refuse one, as before", "[
   text += verified("small corrections", config, {0.2, 0.3});
   text += verified("small turns", config, {4.0, 0.02});
   MergeConfig strict = config;
-  strict.loops.max_rmse_m = 0.02;
-  text += verified("small residuals", strict, wide);
-  strict = config;
   strict.loops.min_overlap = 0.97;
   text += verified("large overlap", strict, wide);
   strict = config;

@@ -62,7 +62,6 @@ struct LoopConfig {
   double min_path_gap_m = 20.0;
   std::uint32_t max_candidates_per_pair = 200;
   double min_overlap = 0.45;
-  double max_rmse_m = 0.35;
   double max_contradiction = 0.5;
 };
 
@@ -81,8 +80,6 @@ consteval auto parameters_of(const C*) {
       parameter<&C::min_overlap>("[0, 1]", "", "choice",
                                  "Overlap of structure (no ground) after G-ICP; two thirds of it "
                                  "where the common view agrees."),
-      parameter<&C::max_rmse_m>("[0.01, 5]", "m", "choice",
-                                "Largest root mean square distance of matched points after G-ICP."),
       parameter<&C::max_contradiction>(
           "[0, 1]", "", "choice", "Share of the points that lie inside the other's free space."));
 }

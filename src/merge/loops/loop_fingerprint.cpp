@@ -78,10 +78,8 @@ std::uint64_t parameters_of_verification(const MergeConfig& config) {
   Fingerprint print;
   print.add(kLoopVerificationVersion);
   print.add_parameters(config.registration);
-  for (const double limit :
-       {config.loops.min_overlap, config.loops.max_rmse_m, config.loops.max_contradiction}) {
-    print.add(limit);
-  }
+  print.add(config.loops.min_overlap);
+  print.add(config.loops.max_contradiction);
   return print.value();
 }
 

@@ -13,7 +13,7 @@ namespace unimapper::merge {
 
 /// Changed whenever `verify_loops` comes to other outcomes for the same input: what was kept
 /// before is verified again.
-inline constexpr std::uint64_t kLoopVerificationVersion = 4;
+inline constexpr std::uint64_t kLoopVerificationVersion = 5;
 
 /// Changed whenever `PlacementEvaluator::evaluate` comes to other outcomes for the same input. Its
 /// pairs of keyframes are verified like loops.

@@ -20,8 +20,6 @@ namespace {
 
 // What registration may tilt a pose although the fit is good, radians: 0.5 degrees.
 constexpr double kRegistrationTilt = 0.0087;
-// How far the tilt of a candidate may be from that of the registered pose, radians: 1 degree.
-constexpr double kCandidateTilt = 0.0175;
 // What both keyframes see in common agrees if no more of so many points or more was seen through;
 // then this share of the overlap that is needed otherwise is enough
 // (docs/design/loop-acceptance.md).
@@ -92,9 +90,7 @@ std::vector<LoopGate> ask_gates(const LoopCandidate& candidate, const Correction
   }
   const TiltPrior prior(clouds.record(candidate.match).up, clouds.record(candidate.query).up,
                         proposed);
-  if (gates.ends_over("tilt before alignment in sigmas",
-                      prior.sigmas(tilt_of(proposed), kCandidateTilt), kMaxTiltSigmas) ||
-      gates.ends_under(
+  if (gates.ends_under(
           "overlap before alignment",
           structure_overlap(target, source, proposed, kOverlapRadiusM, kCoarseDistanceM),
           kMinInitialOverlap)) {
@@ -113,8 +109,7 @@ std::vector<LoopGate> ask_gates(const LoopCandidate& candidate, const Correction
       gates.ends_over("alignment turned it by radians", rotation_angle(correction.rotation),
                       limit.rotation_rad) ||
       gates.ends_over("tilt in sigmas", prior.sigmas(tilt_of(T), kRegistrationTilt),
-                      kMaxTiltSigmas) ||
-      gates.ends_over("rmse in metres", aligned.rmse_m, loops.max_rmse_m)) {
+                      kMaxTiltSigmas)) {
     return gates.take();
   }
   CommonView view;

@@ -38,7 +38,7 @@ struct LoopGate {
 enum class GatesAsked : std::uint8_t { kUntilRefused, kAll };
 
 /// Registers a candidate with G-ICP and asks every gate: the two keyframes must be level with each
-/// other (within the covariance of up where both know it), overlap in structure, fit closely, and
+/// other (within the covariance of up where both know it), overlap in structure, and
 /// neither may have observed free space where the other has a surface. `constraint` gets pose,
 /// overlap and information as far as they were measured, and no decision. The clouds of both
 /// keyframes must be prepared.
