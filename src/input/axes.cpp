@@ -175,7 +175,8 @@ Finding check_axes(const DirectionFigures& directions, const DrivenSurface& driv
     finding.message = text(
         "what is driven on lies above the sensor in %zu of %zu metres of path: z points down, the "
         "LiDAR is mounted upside down; give --extrinsic 0,0,0,180,0,0 if the poses are of an "
-        "upright body, or --extrinsic auto if they are of the LiDAR itself",
+        "upright body, or --extrinsic auto if they are of the LiDAR itself; or negate z if an "
+        "export mirrored the points",
         driven.above, driven.above + driven.below);
   }
   return finding;

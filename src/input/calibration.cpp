@@ -218,6 +218,14 @@ class LeastSquares {
   Parameters priors_;  ///< standard deviations, for what the motion does not show
 };
 
+/// Whether motions that are moved so are those that were registered.
+bool agrees(const LeastSquares::Solution& solution) {
+  constexpr double kAgree_rad = 2.0 / kDegreesPerRadian;
+  constexpr double kAgree_m = 0.4;
+  return solution.scales.head<3>().maxCoeff() <= kAgree_rad &&
+         solution.scales.tail<3>().maxCoeff() <= kAgree_m;
+}
+
 }  // namespace
 
 bool Estimate::is_surely_beyond(double least, double surely) const {
@@ -285,13 +293,10 @@ Calibration calibrate(const Track& track, std::span<const RegisteredMotion> moti
   }
   if (best.motions == 0) return {};
   best = problem.solve(best.parameters, 8);
+  Calibration result;
+  result.misfit = static_cast<double>(motions.size()) * best.misfit;
   // Where no mount and no delay makes the motions agree, poses and scans differ otherwise.
-  constexpr double kAgree_rad = 2.0 / kDegreesPerRadian;
-  constexpr double kAgree_m = 0.4;
-  if (best.motions < kFewest || best.scales.head<3>().maxCoeff() > kAgree_rad ||
-      best.scales.tail<3>().maxCoeff() > kAgree_m) {
-    return {};
-  }
+  if (best.motions < kFewest || !agrees(best)) return result;
   // What G-ICP is off by itself, however many motions there are.
   constexpr double kBias_deg = 0.1;
   constexpr double kBias_m = 0.05;
@@ -299,7 +304,6 @@ Calibration calibrate(const Track& track, std::span<const RegisteredMotion> moti
   const auto estimate = [&](int k, double unit, double bias) {
     return Estimate{best.parameters[k] * unit, std::hypot(best.sigmas[k] * unit, bias)};
   };
-  Calibration result;
   result.motions = best.motions;
   result.interval_s = given.interval_s();
   result.roll_deg = estimate(0, kDegreesPerRadian, kBias_deg);
@@ -310,6 +314,135 @@ Calibration calibrate(const Track& track, std::span<const RegisteredMotion> moti
   result.z_m = estimate(5, 1.0, kBias_m);
   result.delay_s = estimate(6, 1.0, kBias_s);
   return result;
+}
+
+MotionMistake find_motion_mistake(const Track& track, std::span<const RegisteredMotion> motions,
+                                  const std::vector<PoseMistake>& mistakes,
+                                  const Calibration& found) {
+  constexpr std::size_t kFewest = 8;
+  constexpr std::size_t kMostNamed = 3;
+  constexpr int kIterations = 8;
+  constexpr double kMount_rad = 10.0 / kDegreesPerRadian;
+  // Differences of logarithms; right drives had 30 and more in the other direction.
+  constexpr double kSurely = 12.0;
+  constexpr double kAsWell = 6.0;
+  MotionMistake result;
+  if (motions.size() < kFewest || found.misfit == 0.0) return result;
+  const auto misfit = [&](const std::function<Pose(const Pose&)>& correct) {
+    const GivenMotion given(
+        {track.size, [&](std::size_t i) { return correct(track.pose(i)); }, track.stamp_ns});
+    const LeastSquares::Solution fit =
+        LeastSquares(given, motions).solve(Parameters::Zero(), kIterations);
+    // A half turn of the mount would undo some mistakes, and make others.
+    const bool is_upright = fit.parameters.head<3>().cwiseAbs().maxCoeff() < kMount_rad;
+    return agrees(fit) && is_upright ? static_cast<double>(motions.size()) * fit.misfit
+                                     : std::numeric_limits<double>::infinity();
+  };
+  const double as_given = misfit([](const Pose& pose) { return pose; });
+  std::vector<std::pair<double, const PoseMistake*>> fits;
+  for (const PoseMistake& mistake : mistakes) {
+    if (mistake.correct && mistake.is_named) fits.emplace_back(misfit(mistake.correct), &mistake);
+  }
+  std::stable_sort(fits.begin(), fits.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  const double best = fits.empty() ? as_given : fits.front().first;
+  if (!(best < as_given - kSurely) || !(best < found.misfit + kAsWell)) return result;
+  result.is_better_than_delay = best < found.misfit - kAsWell;
+  for (const auto& [fit, mistake] : fits) {
+    if (fit > best + kAsWell || result.names.size() == kMostNamed) break;
+    result.names.push_back(mistake->name);
+    result.remedies.push_back(mistake->remedy);
+  }
+  return result;
+}
+
+namespace {
+
+/// How badly motions fit with delays of a grid.
+class DelayCosts {
+ public:
+  DelayCosts(const Track& track, std::span<const RegisteredMotion> motions) {
+    const GivenMotion given(track);
+    for (const RegisteredMotion& motion : motions) {
+      std::array<double, kDelays>& sums = sums_.emplace_back();
+      if (sums_.size() > 1) sums = sums_[sums_.size() - 2];
+      for (std::size_t d = 0; d < kDelays; ++d) sums[d] += cost(given, motion, delay_s(d));
+    }
+  }
+
+  static constexpr std::size_t kDelays = 161;
+  static double delay_s(std::size_t d) {
+    constexpr double kStep_s = 0.025;
+    return kStep_s * (static_cast<double>(d) - static_cast<double>(kDelays / 2));
+  }
+
+  /// Of the motions from `first` to before `last`.
+  [[nodiscard]] double of(std::size_t first, std::size_t last, std::size_t d) const {
+    return sums_[last - 1][d] - (first > 0 ? sums_[first - 1][d] : 0.0);
+  }
+
+  /// The delay that fits these motions best.
+  [[nodiscard]] std::size_t best(std::size_t first, std::size_t last) const {
+    std::size_t least = 0;
+    for (std::size_t d = 1; d < kDelays; ++d) {
+      if (of(first, last, d) < of(first, last, least)) least = d;
+    }
+    return least;
+  }
+
+ private:
+  static double cost(const GivenMotion& given, const RegisteredMotion& motion, double delay_s) {
+    constexpr double kAngle_rad = 0.3 / kDegreesPerRadian;
+    constexpr double kShift_m = 0.06;
+    // Of a motion that cannot be compared: an outlier.
+    constexpr double kUnknown = 10.0;
+    const auto first = given.at(motion.first_ns, delay_s);
+    const auto second = given.at(motion.second_ns, delay_s);
+    if (!first || !second) return kUnknown;
+    const Pose off = motion.T_first_second.inverse() * (first->inverse() * *second);
+    const double turned = rotation_angle(off.rotation) / kAngle_rad;
+    const double moved = off.translation.norm() / kShift_m;
+    return std::min(kUnknown, std::log1p(turned * turned) + std::log1p(moved * moved));
+  }
+
+  std::vector<std::array<double, kDelays>> sums_;  ///< up to each motion
+};
+
+}  // namespace
+
+std::optional<ClockStep> find_clock_step(const Track& track,
+                                         std::span<const RegisteredMotion> motions) {
+  constexpr std::size_t kFewest = 5;  // motions of a part
+  constexpr double kLeast_s = 0.07;   // less is what half a scan looks like
+  // Differences of logarithms: of both parts with a delay of their own, and of each with its own
+  // against the other's. Right drives had up to 3.
+  constexpr double kLikely = 5.0;
+  constexpr double kSurely = 15.0;
+  constexpr double kEachSurely = 6.0;
+  if (motions.size() < 2 * kFewest) return std::nullopt;
+  const DelayCosts costs(track, motions);
+  const std::size_t size = motions.size();
+  const double together = costs.of(0, size, costs.best(0, size));
+  std::size_t split = 0;
+  double least = together - kLikely;
+  for (std::size_t k = kFewest; k + kFewest <= size; ++k) {
+    const double cost = costs.of(0, k, costs.best(0, k)) + costs.of(k, size, costs.best(k, size));
+    if (cost >= least) continue;
+    least = cost;
+    split = k;
+  }
+  if (split == 0) return std::nullopt;
+  const std::size_t before = costs.best(0, split);
+  const std::size_t after = costs.best(split, size);
+  ClockStep step{0, DelayCosts::delay_s(before), DelayCosts::delay_s(after), false};
+  if (std::fabs(step.after_s - step.before_s) < kLeast_s) return std::nullopt;
+  step.is_sure = together - least > kSurely &&
+                 costs.of(0, split, after) - costs.of(0, split, before) > kEachSurely &&
+                 costs.of(split, size, before) - costs.of(split, size, after) > kEachSurely;
+  const std::int64_t last_ns = motions[split - 1].first_ns;
+  const std::int64_t near_ns = last_ns + (motions[split].second_ns - last_ns) / 2;
+  while (step.scan + 1 < track.size && track.stamp_ns(step.scan) < near_ns) ++step.scan;
+  return step;
 }
 
 namespace {
@@ -430,6 +563,25 @@ std::vector<RegisteredMotion> register_motions(
   return motions;
 }
 
+namespace {
+
+std::string remedies_of(const MotionMistake& mistake) {
+  std::string all;
+  for (const std::string& remedy : mistake.remedies) all += (all.empty() ? "" : " -- or ") + remedy;
+  return all;
+}
+
+}  // namespace
+
+Finding check_motion_mistake(const MotionMistake& mistake) {
+  Finding finding{"motion", Severity::kFine, 0.0, {}, {}};
+  if (mistake.remedies.empty()) return finding;
+  finding.severity = mistake.is_better_than_delay ? Severity::kWrong : Severity::kSuspicious;
+  finding.message = "the scans move otherwise than the poses say: " + remedies_of(mistake);
+  if (!mistake.is_better_than_delay) finding.message += " -- or the poses are late or early";
+  return finding;
+}
+
 Finding check_mount(const Calibration& found, const std::optional<Pose>& T_base_lidar) {
   Finding finding{"mount", Severity::kFine, 0.0, "degrees", {}};
   if (found.motions == 0) return finding;
@@ -496,7 +648,22 @@ void leave_out_unseen_delay(Estimate& delay_s, double gained) {
   delay_s.sigma = std::max(delay_s.sigma, std::fabs(delay_s.value));
 }
 
-Finding check_time(const Calibration& found, double time_offset_s) {
+Finding check_clock_step(const std::optional<ClockStep>& step, double time_offset_s) {
+  Finding finding{"clock", Severity::kFine, 0.0, "s", {}};
+  if (!step || !step->is_sure) return finding;
+  finding.severity = Severity::kWrong;
+  finding.figure = step->after_s - step->before_s;
+  finding.message = text(
+      "the clock of the scans steps by %.2f s against that of the poses near scan %zu (counted "
+      "from 0): poses are %+.2f s late before it and %+.2f s after it; split the recording at the "
+      "step, and give the parts --time-offset %.2f and %.2f",
+      finding.figure, step->scan, step->before_s, step->after_s, time_offset_s - step->before_s,
+      time_offset_s - step->after_s);
+  return finding;
+}
+
+Finding check_time(const Calibration& found, double time_offset_s, const MotionMistake& mistake,
+                   const std::optional<ClockStep>& step) {
   constexpr double kRefused_s = 0.08;
   Finding finding{"time", Severity::kFine, found.delay_s.value, "s", {}};
   const double delay_s = found.sure_delay_s();
@@ -509,6 +676,14 @@ Finding check_time(const Calibration& found, double time_offset_s) {
       "its own stamp",
       std::fabs(delay_s), delay_s > 0.0 ? "late" : "early", found.delay_s.sigma,
       time_offset_s - delay_s);
+  if (!mistake.remedies.empty()) {
+    finding.message += "; the motions fit as well if " + remedies_of(mistake);
+  }
+  if (step) {
+    finding.message +=
+        text("; if a clock stepped near scan %zu (counted from 0), split the recording there",
+             step->scan);
+  }
   return finding;
 }
 

@@ -10,6 +10,7 @@
 #include "ports/datasets/dataset.hpp"
 #include "src/input/agreement.hpp"
 #include "src/input/finding.hpp"
+#include "src/input/pose_mistakes.hpp"
 #include "src/input/stamps.hpp"
 #include "unimapper/core/pose.hpp"
 
@@ -41,6 +42,8 @@ struct Calibration {
   Estimate delay_s;
 
   double interval_s = 0.0;  ///< median, from stamp to stamp
+  /// Logarithm of how unlikely the motions are with these estimates; without `motions` as well.
+  double misfit = 0.0;
 
   [[nodiscard]] bool shows_rotation() const;   ///< yaw and pitch to half a degree
   [[nodiscard]] bool shows_lever_arm() const;  ///< x and y to 0.3 m
@@ -57,6 +60,34 @@ struct Calibration {
 /// registered one. Delays of up to ten scans are searched, of a second or five scans at most. Fewer
 /// than eight motions tell nothing. O(motions), 20 ms for forty.
 [[nodiscard]] Calibration calibrate(const Track& track, std::span<const RegisteredMotion> motions);
+
+/// Mistakes that make the given motions those that the scans show, the best first.
+struct MotionMistake {
+  std::vector<std::string> names;
+  std::vector<std::string> remedies;  ///< of the best, and of up to two that explain as well
+  bool is_better_than_delay = false;  ///< no mount and delay explain the motions nearly as well
+};
+
+/// Tries the mistakes that correct each pose by itself and have a name of their own. One that is
+/// found explains motions far better than the poses as they are, and as well as `found` does.
+/// O(motions) for each mistake, 2 ms for forty.
+[[nodiscard]] MotionMistake find_motion_mistake(const Track& track,
+                                                std::span<const RegisteredMotion> motions,
+                                                const std::vector<PoseMistake>& mistakes,
+                                                const Calibration& found);
+
+/// A clock that steps against the other one in the middle of a recording.
+struct ClockStep {
+  std::size_t scan = 0;   ///< near the step
+  double before_s = 0.0;  ///< delay of the poses before it, as `Calibration::delay_s`
+  double after_s = 0.0;   ///< delay behind it
+  bool is_sure = false;   ///< both parts are sure of the difference
+};
+
+/// Where the motions of one part likely show one delay, and those of the rest another one, which
+/// differ by 0.07 s and more. Delays of up to two seconds are tried. O(motions), 10 ms for forty.
+[[nodiscard]] std::optional<ClockStep> find_clock_step(const Track& track,
+                                                       std::span<const RegisteredMotion> motions);
 
 /// Registers up to forty pairs of scans where the sensor moves far, turns or changes its speed, and
 /// keeps what can be trusted: scans that agree well, and no tunnels. `skips(i, j)`: no pose between
@@ -80,9 +111,17 @@ void leave_out_unseen_delay(Estimate& delay_s, double gained);
 [[nodiscard]] Finding check_mount(const Calibration& found,
                                   const std::optional<Pose>& T_base_lidar);
 
+/// A mistake that was found: wrong. Says so if a delay would explain the motions, too.
+[[nodiscard]] Finding check_motion_mistake(const MotionMistake& mistake);
+
+/// A clock that surely steps: wrong. `time_offset_s` is already added to the stamps of the poses.
+[[nodiscard]] Finding check_clock_step(const std::optional<ClockStep>& step, double time_offset_s);
+
 /// Poses that are late or early by more than half a scan: half a scan is what sweeps look like that
 /// are not compensated and stamped at an end. `time_offset_s` is already added to
-/// their stamps.
-[[nodiscard]] Finding check_time(const Calibration& found, double time_offset_s);
+/// their stamps. A `mistake` that explains the motions as well is named, and so is a likely `step`.
+[[nodiscard]] Finding check_time(const Calibration& found, double time_offset_s,
+                                 const MotionMistake& mistake = {},
+                                 const std::optional<ClockStep>& step = {});
 
 }  // namespace unimapper::input

@@ -104,9 +104,9 @@ void try_mistakes(std::span<const ScanPair> pairs, const std::vector<PoseMistake
   constexpr std::size_t kMostNamed = 3;
   figures.mistaken = best->agreement;
   for (const Tried& one : tried) {
-    if (one.agreement < best->agreement - kAsGood || figures.remedies.size() == kMostNamed) {
-      continue;
-    }
+    if (one.agreement < best->agreement - kAsGood) continue;
+    figures.is_by_pose = figures.is_by_pose && one.mistake->correct != nullptr;
+    if (figures.remedies.size() == kMostNamed) continue;
     if (figures.remedies.empty()) figures.mistake = one.mistake->name;
     if (std::find(figures.remedies.begin(), figures.remedies.end(), one.mistake->remedy) ==
         figures.remedies.end()) {

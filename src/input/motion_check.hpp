@@ -49,6 +49,8 @@ struct AgreementFigures {
   std::string mistake;    ///< the known mistake that explains best; empty: none looked for
   double mistaken = 0.0;  ///< agreement with that mistake undone
   std::vector<std::string> remedies;  ///< of that mistake and those that explain as well
+  /// Those correct each pose by itself: none is a scale or an order.
+  bool is_by_pose = true;
 };
 
 /// Compares pairs. Known mistakes are tried only where the given motion does not agree.

@@ -45,32 +45,40 @@ bool is_excluded(const Estimate& sure, const Estimate& others) {
          Estimate{sure.value - others.value, others.sigma}.is_surely_beyond(0.0);
 }
 
+struct Calibrated {
+  std::vector<RegisteredMotion> motions;
+  Calibration found;
+};
+
 /// Mount and clock as the scans show them where the odometry does not break. A mount or a clock
 /// that is off looks like an odometry that slips in each turn, so slips are left out only if the
 /// rest of the recording contradicts what they show.
-Calibration calibration_beside(std::vector<OdometryBreak> breaks, const Track& track,
-                               const datasets::Dataset& dataset) {
+Calibrated calibration_beside(std::vector<OdometryBreak> breaks, const Track& track,
+                              const datasets::Dataset& dataset) {
   const auto beside = [&] {
-    return calibrate(track,
-                     register_motions(
-                         track,
-                         [&](std::size_t i, std::size_t j) {
-                           return is_broken(breaks, {i, j});
-                         },
-                         [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); }));
+    Calibrated result;
+    result.motions = register_motions(
+        track,
+        [&](std::size_t i, std::size_t j) {
+          return is_broken(breaks, {i, j});
+        },
+        [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); });
+    result.found = calibrate(track, result.motions);
+    return result;
   };
-  const Calibration without_slips = beside();
+  Calibrated without_slips = beside();
   if (std::erase_if(breaks, [](const OdometryBreak& b) { return b.is_slip; }) == 0) {
     return without_slips;
   }
-  const Calibration all = beside();
-  const Calibration& rest = without_slips;
+  Calibrated with_slips = beside();
+  const Calibration& all = with_slips.found;
+  const Calibration& rest = without_slips.found;
   const bool contradicts = is_excluded(all.roll_deg, rest.roll_deg) ||
                            is_excluded(all.pitch_deg, rest.pitch_deg) ||
                            is_excluded(all.yaw_deg, rest.yaw_deg) ||
                            is_excluded(all.x_m, rest.x_m) || is_excluded(all.y_m, rest.y_m) ||
                            is_excluded(all.z_m, rest.z_m) || is_excluded(all.delay_s, rest.delay_s);
-  return rest.motions > 0 && contradicts ? rest : all;
+  return rest.motions > 0 && contradicts ? without_slips : with_slips;
 }
 
 /// For each scan whether it is an earlier one once more although the robot moved since.
@@ -103,16 +111,35 @@ void add_motion_findings(Plausibility& result, const Finding& odometry,
                          const GivenCorrection& given) {
   std::vector<Finding>& findings = result.findings;
   const Finding motion = check_motion(result.agreement);
-  if (motion.severity == Severity::kFine || !has_known_mistake(result.agreement)) {
+  const bool is_known = motion.severity != Severity::kFine && has_known_mistake(result.agreement);
+  // Registered motions tell mistakes apart that agreement does not, but know of poses alone.
+  const bool is_sure =
+      result.mistake.is_better_than_delay &&
+      (!is_known || (result.agreement.is_by_pose && result.mistake.names.size() == 1));
+  if (is_sure) {
+    findings.push_back(check_motion_mistake(result.mistake));
+    result.steps.breaks.clear();
+    return;
+  }
+  if (!is_known && result.clock_step && result.clock_step->is_sure) {
+    findings.push_back(check_clock_step(result.clock_step, given.time_offset_s));
+    result.steps.breaks.clear();
+    return;
+  }
+  if (!is_known) {
     findings.push_back(check_mount(result.calibration, given.T_base_lidar));
-    findings.push_back(check_time(result.calibration, given.time_offset_s));
+    findings.push_back(
+        check_time(result.calibration, given.time_offset_s, result.mistake, result.clock_step));
     if (worst({findings.end() - 2, findings.end()}) == Severity::kWrong) {
       // Each scan is then off against the next: what looks like a break need not be one.
       result.steps.breaks.clear();
       return;
     }
   }
-  findings.push_back(motion);
+  // A mistake that costs little agreement, and that a delay would explain which is not said.
+  const bool is_likely = !is_known && motion.severity == Severity::kFine &&
+                         worst(findings) == Severity::kFine && !result.mistake.names.empty();
+  findings.push_back(is_likely ? check_motion_mistake(result.mistake) : motion);
   if (motion.severity != Severity::kWrong) findings.push_back(check_succession(result.agreement));
   findings.push_back(odometry);
 }
@@ -169,7 +196,8 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
       pairs.emplace_back(chosen[k].first, *first[k], chosen[k].second, *second[k]);
     }
     const auto name = [&](std::size_t i) { return dataset.scan_name(i); };
-    result.agreement = measure_agreement(pairs, track, known_mistakes(track, name));
+    const std::vector<PoseMistake> mistakes = known_mistakes(track, name);
+    result.agreement = measure_agreement(pairs, track, mistakes);
     if (result.agreement.identity > result.agreement.given) {
       std::vector<Pose> poses;
       poses.reserve(chosen.size());
@@ -182,8 +210,11 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
       from_start.insert(from_start.end(), first.begin(), first.end());
       result.agreement.ring_loss = measure_ring_loss(from_start);
     }
-    result.calibration = calibration_beside(
+    const Calibrated calibrated = calibration_beside(
         breaks ? result.steps.breaks : std::vector<OdometryBreak>(), track, dataset);
+    result.calibration = calibrated.found;
+    result.mistake = find_motion_mistake(track, calibrated.motions, mistakes, calibrated.found);
+    result.clock_step = find_clock_step(track, calibrated.motions);
     Estimate& delay_s = result.calibration.delay_s;
     if (result.calibration.sure_delay_s() != 0.0) {
       leave_out_unseen_delay(delay_s, gained_agreement(track, pairs, delay_s.value));
@@ -193,7 +224,10 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
   } else {
     findings.push_back(check_speed(result.motion));
   }
-  findings.push_back(check_axes(result.directions, result.driven));
+  // Poses that are upside down, or a mirrored z axis, are named already.
+  if (!result.mistake.is_better_than_delay || !is_upside_down(result.driven)) {
+    findings.push_back(check_axes(result.directions, result.driven));
+  }
   return result;
 }
 

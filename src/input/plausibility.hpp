@@ -24,7 +24,9 @@ struct Plausibility {
   SensorFigures sensor;
   MotionFigures motion;
   OdometryBreaks steps;
-  Calibration calibration;        ///< of mount and clock
+  Calibration calibration;  ///< of mount and clock
+  MotionMistake mistake;    ///< in the poses, as registered motions show
+  std::optional<ClockStep> clock_step;
   AgreementFigures agreement;     ///< of pairs of scans between which the odometry does not break
   std::vector<Finding> findings;  ///< of every check, also where nothing was found
 };

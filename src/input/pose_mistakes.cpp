@@ -14,8 +14,10 @@ namespace {
 
 using Relative = std::function<Pose(std::size_t, std::size_t, bool&)>;
 
+using Correct = std::function<Pose(const Pose&)>;
+
 /// Relative motion of poses that are each corrected by themselves.
-Relative corrected(const Track& track, std::function<Pose(const Pose&)> correct) {
+Relative corrected(const Track& track, Correct correct) {
   return [&track, correct = std::move(correct)](std::size_t i, std::size_t j, bool&) {
     return correct(track.pose(i)).inverse() * correct(track.pose(j));
   };
@@ -37,11 +39,9 @@ Relative scaled(const Track& track, double scale) {
 }
 
 /// Poses are given in axes that are those of the points after `axes` (rotation or reflection).
-Relative in_axes(const Track& track, const Eigen::Matrix3d& axes) {
-  return [&track, axes](std::size_t i, std::size_t j, bool&) {
-    const Pose relative = track.pose(i).inverse() * track.pose(j);
-    return Pose(Eigen::Matrix3d(axes.transpose() * relative.rotation * axes),
-                Eigen::Vector3d(axes.transpose() * relative.translation));
+Correct in_axes(const Eigen::Matrix3d& axes) {
+  return [axes](const Pose& pose) {
+    return Pose(Eigen::Matrix3d(pose.rotation * axes), pose.translation);
   };
 }
 
@@ -87,8 +87,15 @@ const std::vector<NamedAxes>& named_axes() {
        "the poses look like x forward, y right, z down (NED), the points like z up; convert one of "
        "them, or give --extrinsic 0,0,0,180,0,0"},
       {"left-handed", matrix({1, 0, 0, 0, -1, 0, 0, 0, 1}),
-       "poses and points differ in handedness (y to the right in one, to the left in the other); "
-       "negate y in one of them"},
+       "poses and points differ in handedness, mirrored along y (to the right in one, to the left "
+       "in "
+       "the other); negate y in one of them"},
+      {"mirrored x", matrix({-1, 0, 0, 0, 1, 0, 0, 0, 1}),
+       "poses and points differ in handedness, mirrored along x (ahead in one, behind in the "
+       "other); negate x in one of them"},
+      {"mirrored z", matrix({1, 0, 0, 0, 1, 0, 0, 0, -1}),
+       "poses and points differ in handedness, mirrored along z (up in one, down in the other); "
+       "negate z in one of them"},
       {"yaw 180", matrix({-1, 0, 0, 0, -1, 0, 0, 0, 1}),
        "the poses look like those of a body whose x axis points backwards in the points' frame; "
        "multiply them by the extrinsic T_body_lidar"},
@@ -166,22 +173,26 @@ std::vector<PoseMistake> known_mistakes(const Track& track,
   const auto add = [&](std::string id, std::string remedy, Relative relative) {
     all.push_back({std::move(id), std::move(remedy), std::move(relative)});
   };
-  add("inverted", "the poses look like T_sensor_world; invert them (T_world_sensor is needed)",
-      corrected(track, [](const Pose& pose) { return pose.inverse(); }));
-  add("w first",
-      "the quaternions look like qw qx qy qz; write them as qx qy qz qw (w last), as TUM does",
-      corrected(track, [](const Pose& pose) { return with_quaternion(pose, true); }));
-  add("w last",
-      "the quaternions look like qx qy qz qw where w is expected first; write them as qw qx qy qz",
-      corrected(track, [](const Pose& pose) { return with_quaternion(pose, false); }));
+  const auto add_each = [&](std::string id, std::string remedy, const Correct& correct) {
+    all.push_back({std::move(id), std::move(remedy), corrected(track, correct), correct});
+  };
+  add_each("inverted", "the poses look like T_sensor_world; invert them (T_world_sensor is needed)",
+           [](const Pose& pose) { return pose.inverse(); });
+  add_each("w first",
+           "the quaternions look like qw qx qy qz; write them as qx qy qz qw (w last), as TUM does",
+           [](const Pose& pose) { return with_quaternion(pose, true); });
+  add_each("w last",
+           "the quaternions look like qx qy qz qw where w is expected first; write them as qw qx "
+           "qy qz",
+           [](const Pose& pose) { return with_quaternion(pose, false); });
   for (const NamedAxes& named : named_axes()) {
-    add(named.name, named.remedy, in_axes(track, named.axes));
+    add_each(named.name, named.remedy, in_axes(named.axes));
   }
-  add("transposed",
-      "the rotations look transposed (stored by columns); write the 3x4 matrices row by row",
-      corrected(track, [](const Pose& pose) {
-        return Pose(Eigen::Matrix3d(pose.rotation.transpose()), pose.translation);
-      }));
+  add_each("transposed",
+           "the rotations look transposed (stored by columns); write the 3x4 matrices row by row",
+           [](const Pose& pose) {
+             return Pose(Eigen::Matrix3d(pose.rotation.transpose()), pose.translation);
+           });
   const std::array<std::pair<double, const char*>, 8> scales = {{
       {1e-3, "millimetres"},
       {1e-2, "centimetres"},
@@ -217,10 +228,13 @@ std::vector<PoseMistake> known_mistakes(const Track& track,
                              written_in_order_of_names(track.size, first))));
   }
   for (const Eigen::Matrix3d& axes : other_axes()) {
-    add("axes " + axes_text(axes),
-        "the poses' axes look like " + axes_text(axes) +
-            " of the points'; multiply them by the extrinsic T_body_lidar",
-        in_axes(track, axes));
+    add_each(
+        "axes " + axes_text(axes),
+        "the poses' axes look like " + axes_text(axes) + " of the points'; " +
+            (axes.determinant() > 0.0 ? "multiply them by the extrinsic T_body_lidar"
+                                      : "they differ in handedness: negate an axis of the points"),
+        in_axes(axes));
+    all.back().is_named = false;
   }
   return all;
 }

@@ -16,6 +16,10 @@ struct PoseMistake {
   std::string remedy;  ///< "the poses look like ...; do ..."
   /// T_i_j of the scans `i` and `j`. `complete` becomes false where the mistake leaves none.
   std::function<Pose(std::size_t i, std::size_t j, bool& complete)> relative;
+  /// The right pose for a given one, up to the frame of the world and its handedness. Empty where
+  /// one pose alone does not tell: scales, orders, increments.
+  std::function<Pose(const Pose&)> correct = nullptr;
+  bool is_named = true;  ///< not one of many axes that nobody has a name for
 };
 
 /// All known mistakes, the more frequent ones first. `name(i)` is the file name of scan `i` without

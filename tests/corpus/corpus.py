@@ -212,6 +212,10 @@ def cases(base):
     def layout(record):
         return lambda r: r.records(record)
 
+    def mirrored(axis):
+        signs = [[(-1.0 if i == axis else 1.0) * x for x in row] for i, row in enumerate(IDENTITY)]
+        return lambda r: r.moved([(signs, [0.0, 0.0, 0.0])] * n)
+
     half = lambda p: [p[i // 2] for i in range(n)]
     still = lambda p: [(IDENTITY, [0.0, 0.0, 0.0])] * n
     increments = lambda p: [p[0]] + [compose(inverse(a), b) for a, b in zip(p, p[1:])]
@@ -261,6 +265,9 @@ def cases(base):
         case("camera poses without calibration", "calib", each_pose(in_axes(CAMERA))),
         case("poses in NED", "NED", each_pose(in_axes([[1, 0, 0], [0, -1, 0], [0, 0, -1]]))),
         case("left-handed poses", "handed|negate y", each_pose(in_axes([[1, 0, 0], [0, -1, 0], [0, 0, 1]]))),
+        case("points mirrored along y", "negate y", mirrored(1)),
+        case("points mirrored along x", "negate x", mirrored(0)),
+        case("points mirrored along z", "negate z", mirrored(2)),
         case("poses of a body turned by 90 degrees", "extrinsic",
              each_pose(in_axes([[0, -1, 0], [1, 0, 0], [0, 0, 1]]))),
         case("poses of a body turned by 180 degrees", "extrinsic|invert|reversed",

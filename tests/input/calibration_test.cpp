@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "src/input/extrinsic.hpp"
@@ -36,6 +37,16 @@ Pose base_at(double seconds, bool is_straight) {
   return pose;
 }
 
+/// What a recording and its registrations say of a drive.
+struct Recorded {
+  std::vector<Pose> given;
+  std::vector<RegisteredMotion> motions;
+
+  [[nodiscard]] Track track() const {
+    return {given.size(), [this](std::size_t i) { return given[i]; }, stamp_of};
+  }
+};
+
 /// A drive whose given poses lack a mount and come late, and its motions.
 struct Drive {
   Pose T_base_lidar;
@@ -44,8 +55,24 @@ struct Drive {
   double attitude_noise_deg = 0.0;  ///< of the given poses
   double motion_noise_m = 0.005;    ///< of the registered motions
   std::size_t wrong_motions = 0;
+  double sway_deg = 0.0;  ///< of the robot
+  double step_s = 0.0;    ///< that the given poses are later from half way on
+
+  [[nodiscard]] Pose at(double seconds) const {
+    const double sway = sway_deg / kDegreesPerRadian;
+    Pose pose = base_at(seconds, is_straight);
+    pose.rotation *= (Eigen::AngleAxisd(sway * std::sin(2.0 * seconds), Eigen::Vector3d::UnitX()) *
+                      Eigen::AngleAxisd(sway * std::sin(3.1 * seconds), Eigen::Vector3d::UnitY()))
+                         .toRotationMatrix();
+    return pose;
+  }
 
   [[nodiscard]] Calibration calibrated() const {
+    const Recorded recorded = record();
+    return calibrate(recorded.track(), recorded.motions);
+  }
+
+  [[nodiscard]] Recorded record() const {
     std::mt19937 random(5);  // NOLINT: the same drive every time
     std::normal_distribution<double> normal;
     const auto noise = [&](double sigma) {
@@ -54,7 +81,8 @@ struct Drive {
     };
     std::vector<Pose> given;
     for (std::size_t i = 0; i < kScans; ++i) {
-      given.push_back(base_at(static_cast<double>(i) * kInterval_s - late_s, is_straight));
+      const double step = 2 * i >= kScans ? step_s : 0.0;
+      given.push_back(at(static_cast<double>(i) * kInterval_s - late_s - step));
       const Eigen::Vector3d off = noise(attitude_noise_deg / kDegreesPerRadian);
       given.back().rotation *= (Eigen::AngleAxisd(off.x(), Eigen::Vector3d::UnitX()) *
                                 Eigen::AngleAxisd(off.y(), Eigen::Vector3d::UnitY()))
@@ -64,13 +92,13 @@ struct Drive {
     for (std::size_t i = 12; i + 20 < kScans; i += 4) {
       const std::size_t j = i + 6;
       const auto lidar_at = [&](std::size_t k) {
-        return base_at(static_cast<double>(k) * kInterval_s, is_straight) * T_base_lidar;
+        return at(static_cast<double>(k) * kInterval_s) * T_base_lidar;
       };
       Pose motion = lidar_at(i).inverse() * lidar_at(j);
       motion.translation += noise(motions.size() < wrong_motions ? 1.0 : motion_noise_m);
       motions.push_back({stamp_of(i), stamp_of(j), motion});
     }
-    return calibrate({kScans, [&](std::size_t i) { return given[i]; }, stamp_of}, motions);
+    return {std::move(given), std::move(motions)};
   }
 };
 
@@ -163,6 +191,84 @@ TEST_CASE("Remedies go on from the mount and offset that the poses have", "[cali
   const Finding mount = check_mount(found, extrinsic_pose({1.0, 0.0, 2.0, 0.0, 0.0, 90.0}));
   CHECK_THAT(mount.message, Contains("--extrinsic 1.00,0.00,2.00,0.00,0.00,9"));
   CHECK_THAT(check_time(found, -0.2).message, Contains("--time-offset -0.3"));
+}
+
+namespace {
+
+MotionMistake mistake_in(const Recorded& recorded) {
+  const Track track = recorded.track();
+  return find_motion_mistake(track, recorded.motions,
+                             known_mistakes(track, [](std::size_t i) { return std::to_string(i); }),
+                             calibrate(track, recorded.motions));
+}
+
+}  // namespace
+
+TEST_CASE("Points that are mirrored along an axis are told, on a straight road as well",
+          "[calibration]") {
+  struct Mirror {
+    Eigen::Vector3d signs;
+    const char* name;
+  };
+  const Mirror mirror =
+      GENERATE(Mirror{{1, -1, 1}, "left-handed"}, Mirror{{-1, 1, 1}, "mirrored x"},
+               Mirror{{1, 1, -1}, "mirrored z"});
+  Drive drive;
+  drive.is_straight = GENERATE(false, true);
+  drive.sway_deg = 1.0;
+  Recorded recorded = drive.record();
+  for (RegisteredMotion& motion : recorded.motions) {
+    Pose& moved = motion.T_first_second;
+    moved.rotation = mirror.signs.asDiagonal() * moved.rotation * mirror.signs.asDiagonal();
+    moved.translation = mirror.signs.asDiagonal() * moved.translation;
+  }
+  const MotionMistake found = mistake_in(recorded);
+  CHECK(found.is_better_than_delay);
+  REQUIRE_FALSE(found.names.empty());
+  CHECK(found.names.front() == mirror.name);
+  const Finding finding = check_motion_mistake(found);
+  CHECK(finding.severity == Severity::kWrong);
+  CHECK_THAT(finding.message, Contains("handedness") && Contains("negate"));
+}
+
+TEST_CASE("A clock that steps half way is found, with both delays", "[calibration]") {
+  Drive drive;
+  drive.late_s = GENERATE(0.0, 0.15);
+  drive.step_s = GENERATE(-0.5, 0.2, 1.0);
+  const Recorded recorded = drive.record();
+  const auto found = find_clock_step(recorded.track(), recorded.motions);
+  REQUIRE(found.has_value());
+  CHECK(found->is_sure);
+  CHECK(found->before_s == Approx(drive.late_s).margin(0.03));
+  CHECK(found->after_s == Approx(drive.late_s + drive.step_s).margin(0.03));
+  CHECK(found->scan >= kScans / 2 - 15);
+  CHECK(found->scan <= kScans / 2 + 15);
+  const Finding finding = check_clock_step(found, 0.0);
+  CHECK(finding.severity == Severity::kWrong);
+  CHECK_THAT(finding.message, Contains("near scan ") && Contains("split the recording"));
+}
+
+TEST_CASE("One delay, a mount that is off and wrong registrations are no clock that steps",
+          "[calibration]") {
+  Drive noisy;
+  noisy.attitude_noise_deg = 0.5;
+  noisy.motion_noise_m = 0.03;
+  noisy.wrong_motions = 8;
+  const Drive drive = GENERATE_COPY(Drive{}, Drive{Pose{}, 0.3}, Drive{Pose{}, 0.0, true}, noisy,
+                                    Drive{extrinsic_pose({1.2, -0.6, 0.0, 0.0, 1.5, -5.0})});
+  const Recorded recorded = drive.record();
+  const auto found = find_clock_step(recorded.track(), recorded.motions);
+  CHECK_FALSE(found.has_value());
+  CHECK(check_clock_step(found, 0.0).severity == Severity::kFine);
+}
+
+TEST_CASE("Poses that are right, late or of a mount that is off are no known mistake",
+          "[calibration]") {
+  const Drive drive = GENERATE(Drive{}, Drive{Pose{}, 0.15}, Drive{Pose{}, 0.0, true},
+                               Drive{extrinsic_pose({1.2, -0.6, 0.0, 0.0, 1.5, -5.0})});
+  const MotionMistake found = mistake_in(drive.record());
+  CHECK(found.names.empty());
+  CHECK(check_motion_mistake(found).severity == Severity::kFine);
 }
 
 TEST_CASE("Few motions tell nothing", "[calibration]") {

@@ -34,8 +34,9 @@ bool correct(const input::Plausibility& found, datasets::OpenOptions& how) {
   const datasets::OpenOptions before = how;
   if (how.finds_mount) {
     // A body that is upright is a mistake in the mount, and known.
-    how.turns_over = how.turns_over || (input::is_upside_down(found.driven) &&
-                                        !input::has_known_mistake(found.agreement));
+    how.turns_over = how.turns_over ||
+                     (input::is_upside_down(found.driven) &&
+                      !input::has_known_mistake(found.agreement) && found.mistake.names.empty());
     how.T_given_lidar = how.T_given_lidar * found.calibration.sure_mount();
   }
   if (how.finds_time_offset) how.time_offset_s -= found.calibration.sure_delay_s();
