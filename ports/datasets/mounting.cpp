@@ -116,7 +116,11 @@ class SeveralLidars : public DatasetDecorator {
   [[nodiscard]] std::vector<Note> notes() const override {
     std::vector<Note> notes = inner().notes();
     for (std::size_t k = 0; k < others_.size(); ++k) {
-      for (const Note& note : others_[k]->notes()) notes.push_back(note);
+      for (const Note& note : others_[k]->notes()) {
+        const bool is_said = std::any_of(notes.begin(), notes.end(),
+                                         [&](const Note& said) { return said.text == note.text; });
+        if (!is_said) notes.push_back(note);
+      }
       notes.push_back(note_of(k));
     }
     return notes;

@@ -242,6 +242,9 @@ AgreementFigures measure_agreement(std::span<const ScanPair> pairs, const Track&
   }
   if (figures.pairs == 0) return figures;
   count_disjoint_pairs(best, compared, figures);
+  figures.least_agreeing_m =
+      relative(track, figures.least_agreeing.first, figures.least_agreeing.second)
+          .translation.norm();
   const auto count = static_cast<double>(figures.pairs);
   figures.given /= count;
   figures.registered /= count;
@@ -302,12 +305,17 @@ Finding check_succession(const AgreementFigures& agreement) {
   constexpr std::size_t kFewest = 2;
   if (agreement.disjoint_pairs < kFewest) return finding;
   finding.severity = Severity::kSuspicious;
+  constexpr double kFar_m = 10.0;  // no order would bring the poses so far apart
+  const std::string reason =
+      agreement.least_agreeing_m > kFar_m
+          ? "the robot drove on between the two, so scans are missing there"
+          : "was the LiDAR covered or the robot carried, are scans missing between them, or are "
+            "they in another order (1, 10, 2 instead of 1, 2, 10)?";
   finding.message = text(
       "%zu of %zu pairs of scans that are near to each other in time show different places, as the "
-      "scans %zu and %zu (counted from 0): check the order of the scans (1, 10, 2 instead of 1, 2, "
-      "10?), and that none are missing between them",
+      "scans %zu and %zu (counted from 0), %.1f m apart by their poses: %s",
       agreement.disjoint_pairs, agreement.pairs, agreement.least_agreeing.first,
-      agreement.least_agreeing.second);
+      agreement.least_agreeing.second, agreement.least_agreeing_m, reason.c_str());
   return finding;
 }
 

@@ -36,9 +36,10 @@ struct AgreementFigures {
   double length_ratio = 1.0;  ///< of the given motions over those that a registration finds
   /// Pairs that agree under no motion, not even half as well as pairs usually do.
   std::size_t disjoint_pairs = 0;
-  PairIndex least_agreeing{};   ///< the one that agrees least
-  double drift_m = 0.0;         ///< of the middle of the scans in their own frame, the largest
-  double displacement_m = 0.0;  ///< of the sensor by its poses, the largest
+  PairIndex least_agreeing{};     ///< the one that agrees least
+  double least_agreeing_m = 0.0;  ///< that the sensor drove between the two, by its poses
+  double drift_m = 0.0;           ///< of the middle of the scans in their own frame, the largest
+  double displacement_m = 0.0;    ///< of the sensor by its poses, the largest
   /// How much more the points' elevations concentrate in rings after the inverse of the scans'
   /// poses; above 1 where the scans are in the world frame. 0: not measured.
   double ring_gain = 0.0;
@@ -67,7 +68,8 @@ struct AgreementFigures {
 /// their points.
 [[nodiscard]] double measure_ring_loss(std::span<const datasets::Scan* const> scans);
 
-/// Scans that follow each other but show different places: an order that is not that of time.
+/// Scans that follow each other but show different places: a sensor that was covered or carried,
+/// scans that are missing, or an order that is not that of time.
 [[nodiscard]] Finding check_succession(const AgreementFigures& agreement);
 
 /// Whether a known mistake, undone, agrees about as well as a registration does.

@@ -231,10 +231,13 @@ class BagWalk {
                                  const std::string& list) const {
     std::string all;
     for (const std::string& name : names) all += (all.empty() ? "" : ",") + name;
-    const std::string message =
-        source_.topics()[scan_topic_].name + " holds the scans of several LiDARs: " + list +
-        "; choose one with --topic " + names.front() + ", or all as one with --topic " + all +
-        " and --extrinsic x,y,z,roll,pitch,yaw once for each";
+    const std::string message = source_.topics()[scan_topic_].name +
+                                " holds the scans of several LiDARs, or of one whose "
+                                "frame changes its name: " +
+                                list +
+                                "; let one LiDAR keep one name, or choose one with --topic " +
+                                names.front() + ", or all as one with --topic " + all +
+                                " and --extrinsic x,y,z,roll,pitch,yaw once for each";
     std::set<std::string> frames;
     for (const Contents::Lidar& lidar : contents_.lidars) frames.insert(lidar.frame);
     frames.erase(std::string());

@@ -301,6 +301,12 @@ void note_sensor_fit(const SensorModel& sensor, const PipelineConfig& config, Pr
   progress.note(text);
 }
 
+/// What a note says, whatever it has counted.
+std::string without_digits(std::string text) {
+  std::erase_if(text, [](char c) { return c >= '0' && c <= '9'; });
+  return text;
+}
+
 void print_note(const datasets::Note& note, Progress& progress) {
   progress.note((note.is_warning ? "warning: " : "") + note.text);
 }
@@ -461,9 +467,12 @@ void run_onboard(const OnboardOptions& options) {
     findings.push_back(*found);
   }
   for (const datasets::Note& note : dataset->notes()) {
-    // What showed only while all scans were read.
-    const bool is_said = std::any_of(notes_before.begin(), notes_before.end(),
-                                     [&](const auto& said) { return said.text == note.text; });
+    // What showed only while all scans were read; what was counted on is in stats.json.
+    const bool is_said =
+        std::any_of(notes_before.begin(), notes_before.end(), [&](const auto& said) {
+          return said.is_warning == note.is_warning &&
+                 without_digits(said.text) == without_digits(note.text);
+        });
     if (!is_said) print_note(note, progress);
     const auto severity = note.is_warning ? input::Severity::kSuspicious : input::Severity::kFine;
     findings.push_back({"reader", severity, 0.0, {}, note.text});
