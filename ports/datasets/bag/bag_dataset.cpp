@@ -363,6 +363,7 @@ class BagDataset final : public Dataset {
     notes_.insert(notes_.end(), lidar_poses_.notes.begin(), lidar_poses_.notes.end());
     apply_stamps(contents);
     if (lidar_poses_.inverted) choose_reading(contents.scans);
+    if (lidar_poses_.mount) check_mount(contents.scans, *lidar_poses_.mount);
     pose_scans(std::move(contents.scans));
   }
 
@@ -475,16 +476,42 @@ class BagDataset final : public Dataset {
                       true, true});
   }
 
-  /// Logarithm, for three windows of scans.
+  /// Is the transform to the LiDAR the inverse of what it says?
+  void check_mount(const std::vector<Contents::ScanStamp>& scans, const Pose& T_base_lidar) {
+    const Pose twice = T_base_lidar * T_base_lidar;
+    constexpr double kLeast_m = 0.4;
+    constexpr double kLeast_rad = 2.0 / kDegreesPerRadian;
+    if (twice.translation.norm() < kLeast_m && rotation_angle(twice.rotation) < kLeast_rad) return;
+    // Logarithms; a mount of 3 degrees was thinner by 0.34 than its inverse.
+    constexpr double kClearly = 0.1;
+    constexpr std::size_t kMostPoints = 4000;
+    const auto inverted = [&](std::int64_t stamp_ns) {
+      const auto pose = lidar_poses_.at(stamp_ns);
+      return pose ? std::optional<Pose>(*pose * twice.inverse()) : std::nullopt;
+    };
+    const double as_given = thickness_of_surfaces(scans, lidar_poses_.at, kMostPoints) / 3.0;
+    const double otherwise = thickness_of_surfaces(scans, inverted, kMostPoints) / 3.0;
+    if (otherwise > as_given - kClearly) return;
+    notes_.push_back({"the transform to the LiDAR looks inverted: by its inverse surfaces are " +
+                          std::to_string(static_cast<int>(
+                              std::lround(100.0 * (1.0 - std::exp(otherwise - as_given))))) +
+                          " % thinner; exchange its parent and child, or give --extrinsic",
+                      true, true});
+  }
+
+  /// Logarithm, summed over three windows of scans; of about `most_points` of every second one,
+  /// where that is given.
   [[nodiscard]] double thickness_of_surfaces(
       const std::vector<Contents::ScanStamp>& scans,
-      const std::function<std::optional<Pose>(std::int64_t)>& pose_at) const {
+      const std::function<std::optional<Pose>(std::int64_t)>& pose_at,
+      std::size_t most_points = SIZE_MAX) const {
     constexpr std::size_t kScans = 15;
     double sum = 0.0;
     for (const std::size_t quarter : {1U, 2U, 3U}) {
       SurfaceThickness surfaces;
       const std::size_t first = scans.size() * quarter / 4;
-      for (std::size_t i = first; i < std::min(first + kScans, scans.size()); ++i) {
+      const std::size_t apart = most_points == SIZE_MAX ? 1 : 2;
+      for (std::size_t i = first; i < std::min(first + kScans, scans.size()); i += apart) {
         const auto T_odometry_lidar = pose_at(scans[i].stamp_ns);
         if (!T_odometry_lidar) continue;
         Scan scan;
@@ -495,7 +522,9 @@ class BagDataset final : public Dataset {
           continue;  // counted where it is mapped
         }
         surfaces.begin_scan();
-        for (const Scan::Point& p : scan.points) {
+        const std::size_t step = 1 + scan.points.size() / most_points;
+        for (std::size_t k = i % step; k < scan.points.size(); k += step) {
+          const Scan::Point& p = scan.points[k];
           const Eigen::Vector3d point(p.x, p.y, p.z);
           constexpr double kFar_m = 40.0;
           if (point.norm() < kFar_m) surfaces.add(*T_odometry_lidar * point);

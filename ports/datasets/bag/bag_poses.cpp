@@ -168,6 +168,7 @@ LidarPoses from_topic(const PoseTopic& topic, const TransformTree& transforms,
   poses.is_mounted = true;
   const bool is_rigid = transforms.is_rigid(base, lidar_frame);
   const auto T_base_lidar = transforms.lookup(base, lidar_frame, topic.poses.first_ns());
+  if (is_rigid) poses.mount = T_base_lidar;
   poses.notes.push_back({chosen + "; LiDAR " + quoted(lidar_frame) + " in it: " +
                              (is_rigid && T_base_lidar ? extrinsic_text(*T_base_lidar) : "moving"),
                          false});

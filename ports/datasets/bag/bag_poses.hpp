@@ -71,6 +71,8 @@ struct LidarPoses {
   std::string apart;          ///< how far apart they are in time, for messages; may be empty
   /// The other reading of poses whose frames are named the wrong way round; may be empty.
   std::function<std::optional<Pose>(std::int64_t stamp_ns)> inverted;
+  /// T_base_lidar of the bag's transforms, where it does not move.
+  std::optional<Pose> mount;
   std::vector<Note> notes;   ///< what was chosen, and warnings
   bool is_mounted = false;   ///< by the bag's transforms
   bool is_of_topic = false;  ///< by the clock that `RecordedStamps` gives them

@@ -84,8 +84,11 @@ class Bag {
   }
 
   Bag& fixed(const std::string& parent, const std::string& child, double x) {
+    return fixed(parent, child, at_x(x));
+  }
+  Bag& fixed(const std::string& parent, const std::string& child, const Pose& pose) {
     return add("/tf_static", "tf2_msgs/msg/TFMessage", 1, [&](int /*i*/) {
-      return std::pair(kStart, transforms_message(kEncoding, {{kStart, parent, child, at_x(x)}}));
+      return std::pair(kStart, transforms_message(kEncoding, {{kStart, parent, child, pose}}));
     });
   }
   /// The child moves at 1 m/s along x; a second publisher says 7 m ahead.
@@ -404,6 +407,30 @@ TEST_CASE("a path is the poses of its last message, and of those before what it 
     CHECK(dataset->pose(3).translation.x() == Approx(0.3));
     CHECK(dataset->pose(10).translation.x() == Approx(1.0));
   }
+}
+
+TEST_CASE("a transform to the LiDAR that is inverted is said, a right one is not") {
+  const Pose T_base_lidar(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+                          Eigen::Vector3d(0.5, 0.2, 1.0));
+  const bool is_inverted = GENERATE(true, false);
+  Bag bag;
+  bag.odometry().fixed("base_link", "lidar", is_inverted ? T_base_lidar.inverse() : T_base_lidar);
+  bag.scans("/points", [&](int i) {
+    const Pose T_lidar_odometry = (at_x(0.1 * i) * T_base_lidar).inverse();
+    std::vector<Eigen::Vector3f> points;
+    for (int k = 0; k < 1500; ++k) {
+      // Two walls beside the robot, and one ahead.
+      const double x = 0.008 * k;
+      const double z = 0.05 * (k % 40);
+      for (const Eigen::Vector3d& p : {Eigen::Vector3d(x, 4.0, z), Eigen::Vector3d(x, -4.0, z),
+                                       Eigen::Vector3d(14.0, x - 6.0, z)}) {
+        points.push_back((T_lidar_odometry * p).cast<float>());
+      }
+    }
+    return cloud_message(kEncoding, stamp_of(i), plain_cloud(points));
+  });
+  const auto dataset = bag.open();
+  CHECK((notes_text(*dataset).find("looks inverted") != std::string::npos) == is_inverted);
 }
 
 TEST_CASE("poses whose frames are named the wrong way round are those of the LiDAR's base") {
