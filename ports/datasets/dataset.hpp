@@ -52,7 +52,7 @@ struct Scan {
 
   /// Of the numbers that `time_s` was read from; 0 where the file does not say.
   double seconds_per_time_unit = 0.0;
-  /// Points whose time is of no sweep that the others are of: `time_s` is 0.
+  /// Points whose time is of no sweep that the others are of: `time_s` is that of the point before.
   std::size_t points_without_time = 0;
 
   /// Of the places of the points as recorded: scans that repeat each other have the same, whatever

@@ -15,14 +15,98 @@ void TimeRange::add(double time) {
   greatest = std::max(greatest, time);
 }
 
+namespace {
+
+/// A few thousand times, in order: sorting all would take longer than reading them.
+std::vector<double> sorted_sample(const std::vector<double>& times) {
+  constexpr std::size_t kMost = 4000;
+  const std::size_t step = times.size() / kMost + 1;
+  std::vector<double> sample;
+  // Another point of every `step` each time: a stride may meet one laser alone.
+  for (std::size_t k = 0; k < times.size() / step; ++k)
+    sample.push_back(times[k * step + k % step]);
+  std::sort(sample.begin(), sample.end());
+  return sample;
+}
+
+/// The shortest interval that holds half of the times, which are in order.
+TimeRange shortest_half(const std::vector<double>& times) {
+  const std::size_t half = times.size() / 2;
+  TimeRange shortest{times.front(), times.back()};
+  for (std::size_t i = 0; i + half < times.size(); ++i) {
+    if (times[i + half] - times[i] < shortest.span()) shortest = {times[i], times[i + half]};
+  }
+  return shortest;
+}
+
+/// `half` and what beside it, up to as long again on either side, holds times nearly as densely.
+TimeRange grown(const TimeRange& half, const std::vector<double>& times) {
+  constexpr int kSteps = 24;      // of a twentieth: the other half of the sweep, and a little
+  constexpr double kDense = 0.2;  // of the density of the half
+  const double step = half.span() / 20.0;
+  const double fewest = kDense * 0.5 * static_cast<double>(times.size()) / 20.0;
+  const auto count = [&](double from, double to) {
+    const auto first = std::lower_bound(times.begin(), times.end(), from);
+    return static_cast<double>(std::upper_bound(first, times.end(), to) - first);
+  };
+  TimeRange sweep = half;
+  for (int k = 1; k <= kSteps; ++k) {
+    const double down = half.least - step * k;
+    if (count(down, down + step) >= fewest) sweep.least = down;
+    const double up = half.greatest + step * k;
+    if (count(up - step, up) >= fewest) sweep.greatest = up;
+  }
+  return sweep;
+}
+
+/// The number that was left unset, of times in order; NaN: none.
+double unset_number(const std::vector<double>& times) {
+  constexpr std::size_t kFewest = 20;  // other numbers
+  constexpr std::size_t kOfPoints = 20;
+  constexpr std::size_t kAsMany = 10;  // as of any other: lasers fire together
+  std::size_t most = 0;
+  std::size_t second = 0;
+  std::size_t others = 0;
+  double number = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 0; i < times.size(); ++others) {
+    std::size_t end = i;
+    while (end < times.size() && times[end] == times[i]) ++end;
+    second = std::max(second, std::min(most, end - i));
+    if (end - i > most) number = times[i];
+    most = std::max(most, end - i);
+    i = end;
+  }
+  const bool is_unset =
+      others > kFewest && kOfPoints * most > times.size() && most > kAsMany * second;
+  return is_unset ? number : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace
+
 TimeRange sweep_range(std::vector<double> times) {
+  // A LiDAR that sees something in a tenth of its turn still spreads its times over that.
+  constexpr double kWidest = 20.0;
   std::erase_if(times, [](double time) { return !std::isfinite(time); });
   TimeRange range;
   if (times.empty()) return range;
-  const double low = quantile(std::span(times), 0.05);
-  const double high = quantile(std::span(times), 0.95);
+  std::vector<double> sample = sorted_sample(times);
+  range.unset = unset_number(sample);
+  std::erase(sample, range.unset);
+  std::erase(times, range.unset);
+  if (times.empty() || sample.empty()) return range;
+  const TimeRange half = shortest_half(sample);
+  const TimeRange middle{quantile(std::span(times), 0.05), quantile(std::span(times), 0.95)};
+  // Times that are all the same are no sweep.
+  if (half.span() > 0.0 && middle.span() > kWidest * half.span()) {
+    const TimeRange sweep = grown(half, sample);
+    range.least = sweep.least;
+    range.greatest = sweep.greatest;
+    range.is_among_others = true;
+    return range;
+  }
+  const double reach = middle.span();
   for (const double time : times) {
-    if (time >= low - (high - low) && time <= high + (high - low)) range.add(time);
+    if (time >= middle.least - reach && time <= middle.greatest + reach) range.add(time);
   }
   return range;
 }

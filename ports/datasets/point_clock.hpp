@@ -28,16 +28,24 @@ struct TimeRange {
   double least = std::numeric_limits<double>::infinity();
   /// Below `least` while nothing was added.
   double greatest = -std::numeric_limits<double>::infinity();
+  /// A number within that is no time; NaN: none.
+  double unset = std::numeric_limits<double>::quiet_NaN();
+  bool is_among_others = false;  ///< many numbers beside the range are of no sweep
   /// Numbers that are not finite say nothing.
   void add(double time);
   /// False of a number that is not finite.
-  [[nodiscard]] bool contains(double time) const { return time >= least && time <= greatest; }
+  [[nodiscard]] bool contains(double time) const {
+    return time >= least && time <= greatest && time != unset;
+  }
   /// Negative while nothing was added.
   [[nodiscard]] double span() const { return greatest - least; }
 };
 
 /// The range of a scan's times that are of its sweep: those at most as far from the middle nine
-/// tenths as these are wide. A driver's bug or an underflow gives single points any number.
+/// tenths as these are wide. A driver's bug or an underflow gives single points any number. Where
+/// half of the times lie in a twentieth of that, they are of the sweep, and so are those beside
+/// them that lie nearly as densely. A number that a twentieth of the points has, and ten times as
+/// many as any other, is one that the driver left unset.
 [[nodiscard]] TimeRange sweep_range(std::vector<double> times);
 
 /// The clock of a scan whose times cover `range` and whose stamp, where it has one of the points'

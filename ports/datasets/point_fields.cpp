@@ -119,8 +119,12 @@ void ScanBuilder::finish() {
   if (!clock) return;
   const double origin = clock->zero == PointClock::Zero::kStamp ? 0.0 : range.least;
   scan_.time_s.reserve(times_.size());
+  float last_s = 0.0F;
   for (const double time : times_) {
     scan_.add_time(time, origin, clock->seconds_per_unit, range.contains(time));
+    // Files have points in the order of time, as drivers give them.
+    if (!range.contains(time)) scan_.time_s.back() = last_s;
+    last_s = scan_.time_s.back();
   }
 }
 
@@ -149,10 +153,29 @@ bool is_points(const RecordLayout& layout, const std::vector<const PointField*>&
   return true;
 }
 
+/// The first field of times whose numbers differ, else `first`: some drivers leave one at zero.
+const PointField* time_field(std::string_view bytes, const RecordLayout& layout,
+                             const PointField* first) {
+  const auto number = [&](std::size_t i, const PointField& field) {
+    return load_scalar(bytes.data() + i * layout.bytes + field.offset, field.type,
+                       layout.is_swapped);
+  };
+  constexpr std::size_t kMost = 300;
+  const std::size_t points = bytes.size() / layout.bytes;
+  const std::size_t step = points / kMost + 1;
+  for (const PointField& field : layout.fields) {
+    if (role_of(field.name) != PointRole::kTime) continue;
+    for (std::size_t i = step; i < points; i += step) {
+      if (number(i, field) != number(0, field)) return &field;
+    }
+  }
+  return first;
+}
+
 }  // namespace
 
 void decode_records(std::string_view bytes, const RecordLayout& layout, Scan& scan) {
-  const auto fields = fields_by_role(layout);
+  auto fields = fields_by_role(layout);
   if (is_points(layout, fields) && scan.origin.isZero()) {
     scan.reset(bytes.size() / sizeof(Scan::Point));
     if (!scan.points.empty()) {
@@ -160,7 +183,9 @@ void decode_records(std::string_view bytes, const RecordLayout& layout, Scan& sc
     }
     return;
   }
-  const bool has_time = fields[static_cast<std::size_t>(PointRole::kTime)] != nullptr;
+  const PointField*& time = fields[static_cast<std::size_t>(PointRole::kTime)];
+  const bool has_time = time != nullptr;
+  if (has_time) time = time_field(bytes, layout, time);
   const bool has_ring = fields[static_cast<std::size_t>(PointRole::kRing)] != nullptr;
   const std::size_t points = bytes.size() / layout.bytes;
   ScanBuilder builder(scan, points, has_ring, has_time);

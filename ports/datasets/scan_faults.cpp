@@ -119,8 +119,8 @@ class CountedFaults : public DatasetDecorator {
     constexpr std::size_t kWarningShare = 100;
     notes.push_back({std::to_string(without) + " points in " + std::to_string(scans) + " of " +
                          std::to_string(times_.size()) +
-                         " scans read have a time outside of their scan's sweep: taken as "
-                         "measured at the scan's stamp",
+                         " scans read have no time within their scan's sweep: that of the "
+                         "point before them is taken",
                      kWarningShare * without > points});
   }
 

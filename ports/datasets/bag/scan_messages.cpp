@@ -163,6 +163,33 @@ FieldReader find_field(const Cloud& cloud, std::initializer_list<std::string_vie
   return {};
 }
 
+/// Whether its numbers differ, in a few hundred points.
+bool varies(const Cloud& cloud, const FieldReader& field) {
+  constexpr std::size_t kMost = 300;
+  const std::size_t points = std::size_t{cloud.width} * cloud.height;
+  const std::size_t step = points / kMost + 1;
+  for (std::size_t i = step; i < points; i += step) {
+    if (field(cloud.point(i / cloud.width, i % cloud.width)) != field(cloud.point(0, 0))) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// The first of `names` that is a field whose numbers differ, else the first that is a field: some
+/// drivers leave one of two at zero.
+FieldReader find_time_field(const Cloud& cloud, std::initializer_list<std::string_view> names,
+                            std::string& description) {
+  for (const std::string_view name : names) {
+    std::string with_it = description;
+    const FieldReader field = find_field(cloud, {name}, with_it);
+    if (!field || !varies(cloud, field)) continue;
+    description = with_it;
+    return field;
+  }
+  return find_field(cloud, names, description);
+}
+
 UsedFields used_fields(const Cloud& cloud) {
   UsedFields used;
   std::string& text = used.description;
@@ -179,10 +206,10 @@ UsedFields used_fields(const Cloud& cloud) {
   }
   used.intensity = find_field(
       cloud, {"intensity", "intensities", "i", "reflectivity", "reflectance", "remission"}, text);
-  used.time = find_field(cloud,
-                         {"t", "time", "timestamp", "time_stamp", "time_offset", "offset_time",
-                          "timeoffset", "time_offset_ns", "point_time_offset"},
-                         text);
+  used.time = find_time_field(cloud,
+                              {"t", "time", "timestamp", "time_stamp", "time_offset", "offset_time",
+                               "timeoffset", "time_offset_ns", "point_time_offset"},
+                              text);
   used.ring = find_field(
       cloud, {"ring", "line", "channel", "laser_id", "laser", "beam", "row", "line_index"}, text);
   return used;
@@ -328,8 +355,10 @@ std::size_t decode_scan(std::string_view bytes, Serialization serialization, Mes
   const PointClock clock = found.value_or(PointClock{});
   const double zero = has_time ? time_of_stamp(cloud, sweep, clock) : 0.0;
   // Times are a sample's, which lacks the few returns beside a part of the sweep without any.
-  const TimeRange wide{sweep.least - sweep.span(), sweep.greatest + sweep.span()};
+  const double beside = sweep.is_among_others ? 0.0 : sweep.span();
+  const TimeRange wide{sweep.least - beside, sweep.greatest + beside, sweep.unset};
   const bool has_rows = layout.laser_rows > 0 && layout.laser_rows == cloud.height;
+  float last_s = 0.0F;
   scan.reset(0);
   return for_each_return(cloud, fields,
                          [&](const Scan::Point& point, const char* at, std::size_t row) {
@@ -337,6 +366,9 @@ std::size_t decode_scan(std::string_view bytes, Serialization serialization, Mes
                            if (has_time) {
                              const double time = fields.time(at);
                              scan.add_time(time, zero, clock.seconds_per_unit, wide.contains(time));
+                             // Drivers give points in the order of time.
+                             if (!wide.contains(time)) scan.time_s.back() = last_s;
+                             last_s = scan.time_s.back();
                            }
                            if (fields.ring) {
                              scan.ring.push_back(ring_number(fields.ring(at)));

@@ -231,11 +231,57 @@ TEST_CASE("single times that are of no sweep do not decide the unit, and are cou
   seconds[7] = 3.6F;
   nanoseconds[0] -= 5000;
   const Scan late = decode(cloud_with("time", 7, seconds));
-  CHECK(late.time_s.at(7) == 0.0F);
+  CHECK(late.time_s.at(7) == late.time_s.at(6));
   for (const Scan& scan : {late, decode(cloud_with("t", 6, nanoseconds))}) {
     REQUIRE(scan.time_s.size() == 100);
     CHECK(scan.points_without_time == 1);
     CHECK(scan.time_s[99] == Approx(0.099));
+  }
+}
+
+TEST_CASE("times of any number do not decide the unit, though they are a third of a scan's") {
+  std::vector<std::uint32_t> times;
+  for (std::uint32_t i = 0; i < 300; ++i) {
+    times.push_back(i % 3 == 1 ? i * 14'000'000U : i * 333'000U);
+  }
+  const Scan scan = decode(cloud_with("t", 6, times));
+  REQUIRE(scan.time_s.size() == 300);
+  CHECK(scan.time_s[299] == Approx(299 * 333e-6));
+  CHECK(scan.points_without_time > 90);
+  CHECK(scan.points_without_time < 100);
+}
+
+TEST_CASE("a number that a driver leaves in many points is no time") {
+  std::vector<float> times;
+  for (int i = 0; i < 300; ++i) times.push_back(i % 4 == 1 ? 0.0F : -0.1F + 3e-4F * float(i));
+  const Scan scan = decode(cloud_with("time", 7, times));
+  REQUIRE(scan.time_s.size() == 300);
+  CHECK(scan.points_without_time == 75);
+  CHECK(scan.time_s[201] == scan.time_s[200]);
+  CHECK(scan.time_s[200] == Approx(-0.04).margin(1e-4));
+}
+
+TEST_CASE("a sweep whose returns are of a few directions keeps its times") {
+  std::vector<double> times;
+  for (int i = 0; i < 60; ++i) times.push_back(0.001 + 1e-4 * i);
+  for (int i = 0; i < 40; ++i) times.push_back(0.08 + 5e-4 * i);
+  const TimeRange range = sweep_range(times);
+  CHECK(range.least == times.front());
+  CHECK(range.greatest == times.back());
+}
+
+TEST_CASE("of two time fields the one that is all zero is passed over") {
+  for (const bool is_first_zero : {true, false}) {
+    CloudOfMessage cloud;
+    cloud.width = 3;
+    cloud.fields = {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}, {"t", 12, 6}, {"time", 16, 7}};
+    cloud.point_step = 20;
+    cloud.row_step = 60;
+    for (const std::uint32_t ms : {0U, 50U, 100U}) {
+      cloud.data += packed(1.0F, 0.0F, 0.0F, is_first_zero ? 0U : ms * 1'000'000U,
+                           is_first_zero ? 0.001F * static_cast<float>(ms) : 0.0F);
+    }
+    check_times(decode(cloud).time_s, {0.0F, 0.05F, 0.1F});
   }
 }
 
