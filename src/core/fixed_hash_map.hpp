@@ -11,9 +11,9 @@
 
 namespace unimapper {
 
-/// Maps 64-bit keys to values that lie densely in insertion order, so iteration is
-/// deterministic and cache friendly. Linear probing over at most `kMaxProbes` slots; what
-/// finds no slot, or no room among the values, is refused and counted. Clearing costs O(1):
+/// Maps 64-bit keys to values that lie densely, in insertion order until the first `erase`, so
+/// iteration is deterministic and cache friendly. Linear probing over at most `kMaxProbes` slots;
+/// what finds no slot, or no room among the values, is refused and counted. Clearing costs O(1):
 /// slots carry the generation in which they were filled.
 ///
 /// Cost: one expected cache miss per look-up; at most `kMaxProbes` slots in the worst case.
@@ -84,6 +84,31 @@ class FixedHashMap {
     return kNotFound;
   }
 
+  /// Drops an entry, below `size()`; the last one takes its index. The slots behind it move up, so
+  /// a look-up never visits more slots than before. At most `kMaxProbes` plus the length of the run
+  /// of filled slots behind the entry's.
+  void erase(std::uint32_t entry) noexcept {
+    std::size_t hole = slot_of(entry);
+    const std::uint32_t last = size_ - 1;
+    if (entry != last) {
+      slots_[slot_of(last)].entry = entry;
+      keys_[entry] = keys_[last];
+      values_[entry] = values_[last];
+    }
+    size_ = last;
+    // `hole` names the slot by position, which moving the last entry has not changed.
+    for (std::size_t slot = (hole + 1) & mask_; slots_[slot].generation == generation_;
+         slot = (slot + 1) & mask_) {
+      const std::size_t home =
+          static_cast<std::size_t>(mix_bits(keys_[slots_[slot].entry])) & mask_;
+      // A slot whose look-up begins behind the hole stays.
+      if (((slot - home) & mask_) < ((slot - hole) & mask_)) continue;
+      slots_[hole] = slots_[slot];
+      hole = slot;
+    }
+    slots_[hole].generation = generation_ - 1;
+  }
+
   /// Entries in use.
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
   /// Entries there is room for.
@@ -97,11 +122,11 @@ class FixedHashMap {
   [[nodiscard]] std::uint64_t key(std::uint32_t entry) const noexcept { return keys_[entry]; }
   Value& operator[](std::uint32_t entry) noexcept { return values_[entry]; }
   const Value& operator[](std::uint32_t entry) const noexcept { return values_[entry]; }
-  /// Values of all entries, in the order of their insertion.
+  /// Values of all entries, in the order of their insertion until the first `erase`.
   [[nodiscard]] std::span<Value> values() noexcept { return {values_, size_}; }
-  /// Values of all entries, in the order of their insertion.
+  /// Values of all entries, in the order of their insertion until the first `erase`.
   [[nodiscard]] std::span<const Value> values() const noexcept { return {values_, size_}; }
-  /// Keys of all entries, in the order of their insertion.
+  /// Keys of all entries, in the order of their insertion until the first `erase`.
   [[nodiscard]] std::span<const std::uint64_t> keys() const noexcept { return {keys_, size_}; }
 
  private:
@@ -109,6 +134,15 @@ class FixedHashMap {
     std::uint32_t entry;
     std::uint32_t generation;
   };
+
+  /// Slot of an entry that there is.
+  [[nodiscard]] std::size_t slot_of(std::uint32_t entry) const noexcept {
+    std::size_t slot = static_cast<std::size_t>(mix_bits(keys_[entry])) & mask_;
+    while (slots_[slot].entry != entry || slots_[slot].generation != generation_) {
+      slot = (slot + 1) & mask_;
+    }
+    return slot;
+  }
 
   Slot* slots_ = nullptr;
   std::uint64_t* keys_ = nullptr;

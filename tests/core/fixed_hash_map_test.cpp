@@ -128,3 +128,26 @@ TEST_CASE("the map agrees with std::unordered_map over many generations") {
     }
   }
 }
+
+TEST_CASE("erased keys are gone, and all others are found, in whatever order they collide") {
+  test::Random random(5);
+  OwnedMap map(200);
+  std::unordered_map<std::uint64_t, int> expected;
+  const std::vector<std::uint64_t> colliding = colliding_keys(40, 512);
+  for (int i = 0; i < 5000; ++i) {
+    const std::uint64_t key = i % 3 == 0 ? colliding[random.below(40)] : random.below(150);
+    if (random.below(2) == 0) {
+      (*map)[map->find_or_insert(key)] = i;
+      expected[key] = i;
+    } else if (const std::uint32_t entry = map->find(key); entry != kNotFound) {
+      map->erase(entry);
+      expected.erase(key);
+    }
+    REQUIRE(map->size() == expected.size());
+    CHECK((map->find(key) == kNotFound) == (expected.count(key) == 0));
+  }
+  for (const auto& [key, value] : expected) CHECK((*map)[map->find(key)] == value);
+  for (std::uint32_t i = map->size(); i > 0; --i) map->erase(0);
+  CHECK(map->size() == 0);
+  for (const std::uint64_t key : colliding) CHECK(map->find(key) == kNotFound);
+}
