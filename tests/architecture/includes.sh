@@ -54,7 +54,7 @@ awk '
   FNR == 1 {
     from = room_of(FILENAME)
     if (from == "") complain("this file belongs to no room of rooms.txt")
-    onboard = owner[from] ~ /^(core|free_space|place|onboard)$/
+    onboard = owner[from] ~ /^(core|free_space|odometry|place|onboard)$/
   }
   from == "" { next }
   /^[ \t]*#[ \t]*include[ \t]*["<]/ {

@@ -12,6 +12,7 @@
 #include "integer_town.hpp"
 #include "run.hpp"
 #include "stream_checksum.hpp"
+#include "unimapper/odometry/odometry.hpp"
 #ifdef UNIMAPPER_WITH_RECORDINGS
 #include "ports/datasets/dataset.hpp"
 #include "tests/recordings.hpp"
@@ -92,6 +93,40 @@ TEST_CASE("spinning sensor, the same bits on every platform") {
   CHECK(sum.triangles > 1000);
   CHECK(sum.loops > 0);
   check("kSpinning", sum, kSpinning);
+}
+
+TEST_CASE("odometry of a drive, the same bits on every platform") {
+  constexpr std::uint64_t kPoses = 0xF18C18A86D91C128;
+  constexpr std::int64_t kScans = 30;
+  const IntegerTown town({});
+  const LidarOdometryConfig config;
+  const MemoryBlock memory(LidarOdometry::required_bytes(config));
+  const auto odometry = LidarOdometry::create(config, memory.span());
+  REQUIRE(odometry.ok());
+  // In plain numbers: Eigen's functions in this program are compiled otherwise than the libraries'.
+  const auto distance_m = [](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+    const double x = to.x() - from.x();
+    const double y = to.y() - from.y();
+    const double z = to.z() - from.z();
+    return std::sqrt(x * x + y * y + z * z);
+  };
+  const Pose first = town.scan(0).T_odometry_sensor;
+  Fnv1a sum;
+  for (std::int64_t i = 0; i < kScans; ++i) {
+    const TownScan scan = town.scan(i);
+    // Of one moment, but with times: they take part in all that is computed.
+    const std::vector<float> time_s(scan.view().count, 0.0F);
+    const OdometryResult result = (*odometry)->add_scan(1 + i * 100000000, scan.view(), time_s);
+    REQUIRE(result.error.ok());
+    sum.add_pose(result.T_odometry_sensor);
+    sum.add_matrix(result.covariance);
+    sum.add(result.weak.count);
+    const double moved_m = distance_m(first.translation, scan.T_odometry_sensor.translation);
+    CHECK(distance_m({0.0, 0.0, 0.0}, result.T_odometry_sensor.translation) ==
+          Approx(moved_m).margin(0.3));
+  }
+  std::printf("odometry: 0x%016llX\n", static_cast<unsigned long long>(sum.value()));
+  CHECK(sum.value() == kPoses);
 }
 
 TEST_CASE("non-repetitive sensor, the same bits on every platform") {

@@ -1,4 +1,5 @@
-// Proof that the pipeline and the encoder of its keyframes allocate nothing after construction.
+// Proof that the pipeline, the encoder of its keyframes and the odometry allocate nothing after
+// construction.
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
@@ -6,6 +7,7 @@
 #include <vector>
 
 #include "ports/linux/allocation_counter.hpp"
+#include "tests/odometry/scene.hpp"
 #include "tests/proof/runs.hpp"
 
 namespace {
@@ -47,6 +49,24 @@ std::uint64_t count_run(const PipelineConfig& config, const std::vector<Labelled
     last = pipeline->flush();
     count_finished(last.keyframe_finished);
   } while (last.keyframe_finished);
+  return AllocationGuard::count() - before;
+}
+
+/// Allocations of an odometry that tracks, is lost and begins its map anew; scans are made before.
+std::uint64_t count_odometry(std::uint32_t& restarts) {
+  std::vector<SweptScan> scans;
+  for (int i = 0; i < 4; ++i) {
+    scans.push_back(sweep(hall(), [&](double t) { return level(2.0 * (0.1 * i + t), 0.0, 0.1); }));
+  }
+  for (int i = 0; i < 8; ++i) scans.push_back(snapshot(elsewhere(), level(0.2 * i, 0.0, 0.0)));
+  TestOdometry odometry;
+  const std::uint64_t before = AllocationGuard::count();
+  const AllocationGuard guard;
+  for (const SweptScan& scan : scans) {
+    odometry.pass(scan);
+    static_cast<void>(odometry->add_scan(-1, scan.view(), {}));
+  }
+  restarts = odometry->statistics().restarts;
   return AllocationGuard::count() - before;
 }
 
@@ -93,5 +113,9 @@ int main() {
                 keyframes);
     if (counted != 0 || keyframes < 4) return 1;
   }
+  std::uint32_t restarts = 0;
+  const std::uint64_t counted = count_odometry(restarts);
+  std::printf("%llu allocations of the odometry\n", static_cast<unsigned long long>(counted));
+  if (counted != 0 || restarts != 1) return 1;
   return 0;
 }

@@ -3,8 +3,8 @@
 #                   [FREESTANDING] [REPRODUCIBLE] [PORT] [COLD])
 #
 # One room as one static library with the alias unimapper::NAME. FREESTANDING rooms
-# (core, free_space, place, onboard) also hold without exceptions, RTTI and thread-safe statics. They and
-# REPRODUCIBLE ones compute the same bits on every processor. The headers of PORT libraries lie in
+# (core, free_space, place, odometry, onboard) also hold without exceptions, RTTI and thread-safe statics.
+# They and REPRODUCIBLE ones compute the same bits on every processor. The headers of PORT libraries lie in
 # ports/NAME. COLD ones are hardly optimised (unimapper_cold).
 function(unimapper_library name)
   cmake_parse_arguments(arg "FREESTANDING;REPRODUCIBLE;PORT;COLD" ""

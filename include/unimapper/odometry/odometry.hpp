@@ -1,0 +1,89 @@
+// LiDAR odometry that runs on the robot: scans in, poses out
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "unimapper/core/expected.hpp"
+#include "unimapper/core/point_view.hpp"
+#include "unimapper/core/pose.hpp"
+#include "unimapper/odometry/config.hpp"
+
+namespace unimapper {
+
+/// What is known about the pose.
+enum class OdometryState : std::uint8_t {
+  kStarting,    ///< too few scans for a velocity: the pose is less certain
+  kTracking,    ///< the scan determines all axes
+  kDegenerate,  ///< along the weak axes the pose is predicted, not measured
+  kLost,        ///< the scan does not fit the local map: the pose is predicted
+};
+
+/// Directions that a scan does not determine, in the sensor's frame. A column holds a unit vector
+/// of translation above one of rotation, one of which is zero.
+struct WeakAxes {
+  std::uint32_t count = 0;  ///< columns in use
+  /// One in each column, the rest 0.
+  Eigen::Matrix<double, 6, 6> axes = Eigen::Matrix<double, 6, 6>::Zero();
+};
+
+/// What a scan showed.
+struct [[nodiscard]] OdometryResult {
+  Error error;  ///< `kOk`, or why the scan was refused: nothing has changed, the rest is as before
+  OdometryState state = OdometryState::kStarting;  ///< what is known about the pose
+  Pose T_odometry_sensor;  ///< at the scan's stamp; the first accepted scan's is the identity
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();            ///< in the sensor's frame
+  Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();  ///< in the sensor's frame
+  /// Of the motion since the scan before: translation along the odometry frame's axes (m²), then
+  /// the rotation vector in the sensor's frame (rad²). Wide along weak axes, and where lost. Sums
+  /// over scans are those of longer motions; while the odometry is lost they are too small.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  WeakAxes weak;            ///< of this scan
+  const char* reason = "";  ///< why the state is not `kTracking`; static text, never null
+};
+
+/// Counts since `create`, for diagnosis.
+struct OdometryStatistics {
+  std::uint64_t scans = 0;                 ///< accepted
+  std::uint64_t points_refused = 0;        ///< thinned points that a scan had no room for
+  std::uint64_t points_without_voxel = 0;  ///< for which one of the two maps had no room, for each
+  std::uint32_t voxels = 0;                ///< in the local map
+  std::uint32_t restarts = 0;              ///< times the local map was begun anew
+};
+
+/// Registers each scan to a local map of those before. Bounded memory and loops: no heap, no locks,
+/// no exceptions, no system call after `create`; the same bits on every machine. Not thread safe.
+class LidarOdometry {
+ public:
+  /// Exactly the bytes that `create` takes; 0 for an invalid configuration.
+  static std::size_t required_bytes(const LidarOdometryConfig& config) noexcept;
+
+  /// Lays the odometry out in `memory` (64-byte aligned, at least `required_bytes`), which must
+  /// outlive it.
+  static Expected<LidarOdometry*> create(const LidarOdometryConfig& config,
+                                         std::span<std::byte> memory) noexcept;
+
+  /// Adds a scan in sensor coordinates. `time_s`: when each point was measured, seconds after the
+  /// stamp, may be negative; empty where unknown: the scan is then taken as motion-compensated.
+  ///
+  /// Refuses, with the state unchanged: a stamp that is not later than the last one
+  /// (`kTimeReversed`; as that of the mean time of its points), fewer than a hundred thinned points
+  /// (`kEmptyScan`), and times of other number than the points (`kInvalidConfig`). Cost: O(points),
+  /// and some 15 passes over the thinned ones; where a scan fits badly, a few times that.
+  OdometryResult add_scan(std::int64_t stamp_ns, const PointView& points,
+                          std::span<const float> time_s) noexcept;
+
+  /// Counts since `create`.
+  [[nodiscard]] const OdometryStatistics& statistics() const noexcept;
+  /// The configuration it was created with.
+  [[nodiscard]] const LidarOdometryConfig& config() const noexcept;
+
+ private:
+  struct State;
+  LidarOdometry() = default;
+  State* state_ = nullptr;
+};
+
+}  // namespace unimapper

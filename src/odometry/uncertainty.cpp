@@ -1,0 +1,115 @@
+#include "uncertainty.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "src/core/cholesky.hpp"
+
+namespace unimapper::odometry {
+namespace {
+
+/// What is not known of a velocity along a weak axis, and how it changes.
+struct VelocityNoise {
+  double unknown;       ///< deviation where no velocity was seen, per s
+  double known;         ///< deviation of one that was seen, per s
+  double acceleration;  ///< deviation, per s²
+};
+constexpr VelocityNoise kTranslation{20.0, 0.1, 1.0};  // m
+constexpr VelocityNoise kRotation{0.5, 0.02, 0.1};     // rad
+
+// By how much the velocity at the stamp differs from that of the scan: vehicles vibrate.
+constexpr double kVibration_m_s = 0.1;
+constexpr double kVibration_rad_s = 0.05;
+
+/// Covariance of the pose by the equations.
+Matrix6d covariance_of(const NormalEquations& equations) noexcept {
+  // Points on one surface share its error: they are worth as many independent ones less.
+  constexpr double kShared = 50.0;
+  constexpr double kLeast_m2 = 0.01 * 0.01;
+  const double variance_m2 = std::max(
+      kLeast_m2, equations.weight > 0.0 ? equations.squares_m2 / equations.weight : kLeast_m2);
+  return Cholesky<6>(equations.matrix).inverse() * (kShared * variance_m2);
+}
+
+}  // namespace
+
+double WeakMotion::variance_after(double seconds, bool is_rotation) const noexcept {
+  const VelocityNoise& noise = is_rotation ? kRotation : kTranslation;
+  const double velocity = is_velocity_known_ ? noise.known : noise.unknown;
+  const double deviation = seconds * (velocity + 0.5 * noise.acceleration * seconds);
+  return deviation * deviation;
+}
+
+Matrix6d WeakMotion::add(const Registered& found, double seconds, double ahead_s,
+                         const Eigen::Matrix3d& R_sensor_odometry) noexcept {
+  // An axis that has become weak is determined again only by more points: a few that are wrong must
+  // not end it.
+  constexpr double kStillWeak = 0.006;
+  constexpr double kSure = 0.01;
+  determination_ = found.determination;
+  bool is_any_weak[2] = {};
+  for (int i = 0; i < 6; ++i) {
+    const double least = weak_s_[i / 3] > 0.0 ? kStillWeak : kWeak;
+    is_weak_[i] = !(determination_.share(i) > least);
+    is_any_weak[i / 3] = is_any_weak[i / 3] || is_weak_[i];
+  }
+  if (determination_.share.minCoeff() > kSure) is_velocity_known_ = true;
+  Matrix6d covariance = covariance_of(found.equations);
+  for (int kind = 0; kind < 2; ++kind) {
+    const double before_s = weak_s_[kind];
+    weak_s_[kind] = is_any_weak[kind] ? before_s + seconds : 0.0;
+    if (!is_any_weak[kind]) continue;
+    // What a sum over all these motions is to be, less what it was before.
+    const double variance =
+        variance_after(weak_s_[kind], kind == 1) - variance_after(before_s, kind == 1);
+    for (int i = 3 * kind; i < 3 * kind + 3; ++i) {
+      if (!is_weak_[i]) continue;
+      const Eigen::Vector3d axis = determination_.axes.col(i);
+      covariance.block<3, 3>(3 * kind, 3 * kind) += variance * axis * axis.transpose();
+    }
+  }
+  covariance.diagonal().head<3>().array() += kVibration_m_s * kVibration_m_s * ahead_s * ahead_s;
+  covariance.diagonal().tail<3>().array() +=
+      kVibration_rad_s * kVibration_rad_s * ahead_s * ahead_s;
+  Matrix6d to_frames = Matrix6d::Identity();
+  to_frames.bottomRightCorner<3, 3>() = R_sensor_odometry;
+  return to_frames * covariance * to_frames.transpose();
+}
+
+Matrix6d WeakMotion::lose(double seconds) noexcept {
+  is_velocity_known_ = false;
+  weak_s_[0] = 0.0;
+  weak_s_[1] = 0.0;
+  Matrix6d covariance = Matrix6d::Identity();
+  covariance.topLeftCorner<3, 3>() *= variance_after(seconds, false);
+  covariance.bottomRightCorner<3, 3>() *= variance_after(seconds, true);
+  return covariance;
+}
+
+WeakAxes WeakMotion::axes(const Eigen::Matrix3d& R_sensor_odometry) const noexcept {
+  WeakAxes weak;
+  for (int i = 0; i < 6; ++i) {
+    if (!is_weak_[i]) continue;
+    const Eigen::Vector3d axis = determination_.axes.col(i);
+    weak.axes.block<3, 1>(i < 3 ? 0 : 3, static_cast<int>(weak.count++)) = R_sensor_odometry * axis;
+  }
+  return weak;
+}
+
+const char* reason_of(const WeakAxes& weak) noexcept {
+  constexpr const char* kAlong[] = {"degenerate along the sensor's x axis or near it",
+                                    "degenerate along the sensor's y axis or near it",
+                                    "degenerate along the sensor's z axis or near it",
+                                    "degenerate about the sensor's x axis or near it",
+                                    "degenerate about the sensor's y axis or near it",
+                                    "degenerate about the sensor's z axis or near it"};
+  if (weak.count == 0) return "";
+  if (weak.count > 1) return "degenerate along several axes";
+  int longest = 0;
+  for (int i = 1; i < 6; ++i) {
+    if (std::abs(weak.axes(i, 0)) > std::abs(weak.axes(longest, 0))) longest = i;
+  }
+  return kAlong[longest];
+}
+
+}  // namespace unimapper::odometry

@@ -1,0 +1,89 @@
+// Tests of places that leave a part of the pose open.
+#include <Eigen/Eigenvalues>
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "scene.hpp"
+
+using namespace unimapper;
+using namespace unimapper::test;
+
+namespace {
+
+LidarOdometryConfig short_sighted() {
+  LidarOdometryConfig config = test_config();
+  config.max_range_m = 15.0;
+  return config;
+}
+
+}  // namespace
+
+TEST_CASE("a bare corridor is degenerate along its axis within three scans") {
+  TestOdometry odometry;
+  OdometryResult last;
+  for (int i = 0; i < 3; ++i) last = odometry.add(snapshot(corridor(), level(0.1 * i, 0.0, 0.2)));
+  REQUIRE(last.state == OdometryState::kDegenerate);
+  REQUIRE(last.weak.count == 1);
+  // The corridor's axis in the sensor's frame.
+  const Eigen::Vector3d axis = last.weak.axes.block<3, 1>(0, 0);
+  CHECK(std::abs(axis.dot(Eigen::Vector3d(std::cos(0.2), -std::sin(0.2), 0.0))) > 0.99);
+  CHECK(last.weak.axes.block<3, 1>(3, 0).norm() == 0.0);
+  CHECK(std::string(last.reason).find("along the sensor's x axis") != std::string::npos);
+}
+
+TEST_CASE("the covariance is wide along the weak axis alone") {
+  TestOdometry odometry;
+  OdometryResult last;
+  for (int i = 0; i < 4; ++i) last = odometry.add(snapshot(corridor(), level(0.1 * i, 0.0, 0.2)));
+  const Eigen::Matrix3d covariance = last.covariance.topLeftCorner<3, 3>();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(covariance);
+  CHECK(std::sqrt(eigen.eigenvalues()(2)) > 1.0);
+  CHECK(std::sqrt(eigen.eigenvalues()(1)) < 0.05);
+  // Odometry axes: the sensor's at the first scan.
+  CHECK(std::abs(eigen.eigenvectors().col(2).dot(
+            Eigen::Vector3d(std::cos(0.2), -std::sin(0.2), 0.0))) > 0.99);
+}
+
+TEST_CASE("along a weak axis the motion goes on as it was") {
+  // Crates at the beginning of the corridor show the velocity; then nothing does for 20 m.
+  BoxScene scene = corridor();
+  for (int i = 0; i < 6; ++i) {
+    scene.things.push_back({{2.0 * i - 8.0, 1.0, -1.5}, {2.0 * i - 7.0, 1.8, 1.0}});
+  }
+  TestOdometry odometry(short_sighted());
+  OdometryResult last;
+  int degenerate = 0;
+  constexpr int kScans = 40;
+  for (int i = 0; i < kScans; ++i) {
+    last = odometry.add(snapshot(scene, level(-5.0 + i, 0.0, 0.0)));
+    degenerate += last.state == OdometryState::kDegenerate ? 1 : 0;
+  }
+  CHECK(degenerate > 10);
+  CHECK(last.state == OdometryState::kDegenerate);
+  const PoseError error = error_of(last, level(-5.0, 0.0, 0.0), level(kScans - 6.0, 0.0, 0.0));
+  CHECK(error.translation_m < 2.0);  // of 39 m
+}
+
+TEST_CASE("the deviation along a weak axis grows with the time that it has been weak") {
+  TestOdometry odometry;
+  double variance_m2 = 0.0;
+  double after_half_a_second_m2 = 0.0;
+  for (int i = 0; i <= 10; ++i) {
+    const OdometryResult last = odometry.add(snapshot(corridor(), level(0.1 * i, 0.0, 0.0)));
+    variance_m2 += last.covariance(0, 0);
+    if (i == 5) after_half_a_second_m2 = variance_m2;
+  }
+  // Nothing has shown a velocity: it may be 20 m/s.
+  CHECK(std::sqrt(after_half_a_second_m2) > 9.0);
+  CHECK(std::sqrt(variance_m2) > 1.9 * std::sqrt(after_half_a_second_m2));
+}
+
+TEST_CASE("a robot of which nothing shows a velocity is not sent along the corridor") {
+  TestOdometry odometry;
+  OdometryResult last;
+  for (std::uint64_t i = 0; i < 10; ++i) {
+    last = odometry.add(snapshot(corridor(), level(0.0, 0.0, 0.0), i));
+  }
+  CHECK(last.state == OdometryState::kDegenerate);
+  CHECK(last.T_odometry_sensor.translation.norm() < 0.1);
+}

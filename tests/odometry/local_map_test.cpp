@@ -1,0 +1,103 @@
+// Tests of the odometry's local map.
+#include "src/odometry/local_map.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "tests/random.hpp"
+#include "unimapper/core/owned.hpp"
+
+using namespace unimapper;
+using namespace unimapper::odometry;
+
+namespace {
+
+using OwnedMap = Owned<LocalMap>;
+
+/// The surface nearest to a point, which there must be.
+const Surface& surface_at(OwnedMap& map, const Eigen::Vector3d& point) {
+  const std::uint32_t entry = map->nearest_surface(point);
+  REQUIRE(entry != LocalMap::kNone);
+  return map->voxel(entry).surface;
+}
+
+}  // namespace
+
+TEST_CASE("a full plane is a clear surface that says how far points are across it") {
+  OwnedMap map(std::size_t{64}, 1.0);
+  for (double x = 0.05; x < 1.0; x += 0.1) {
+    for (double y = 0.05; y < 1.0; y += 0.1) map->add({x, y, 0.5});
+  }
+  const Surface& surface = surface_at(map, {0.4, 0.6, 0.7});
+  CHECK(surface.is_clear);
+  CHECK(surface.across[5] == Approx(1.0F));  // z with z
+  CHECK(surface.across[0] == Approx(0.0F).margin(1e-5));
+  CHECK(surface.mean_m.z() == Approx(0.0F).margin(1e-6));
+}
+
+TEST_CASE("a line that lies is no surface, and one that stands is a pole") {
+  OwnedMap map(std::size_t{64}, 1.0);
+  for (double a = 0.01; a < 4.0; a += 0.05) map->add({a, 0.5, 0.5});
+  CHECK(map->nearest_surface({0.5, 0.5, 0.5}) == LocalMap::kNone);
+  map->clear();
+  for (double a = 0.01; a < 4.0; a += 0.01) {
+    map->add({0.49, 0.49, a});
+    map->add({0.51, 0.51, a});
+    map->add({0.51, 0.49, a});
+  }
+  const Surface& pole = surface_at(map, {0.6, 0.5, 0.5});
+  CHECK(pole.across[0] == Approx(1.0F).margin(0.01));
+  CHECK(pole.across[3] == Approx(1.0F).margin(0.01));
+  CHECK(pole.across[5] == Approx(0.0F).margin(0.01));
+}
+
+TEST_CASE("what is scattered, and what has few points, is no surface") {
+  OwnedMap map(std::size_t{64}, 1.0);
+  test::Random random(1);
+  for (int i = 0; i < 500; ++i) {
+    map->add({random.uniform(), random.uniform(), random.uniform()});
+  }
+  CHECK(map->nearest_surface({0.5, 0.5, 0.5}) == LocalMap::kNone);
+  map->clear();
+  for (int i = 0; i < 6; ++i) map->add({0.1 + 0.12 * i, 0.1 + 0.1 * (i % 3), 0.5});
+  CHECK(map->nearest_surface({0.5, 0.5, 0.5}) == LocalMap::kNone);
+}
+
+TEST_CASE("a place that is seen again stays as it is") {
+  OwnedMap map(std::size_t{64}, 1.0);
+  test::Random random(2);
+  const auto look = [&] {
+    for (double x = 0.1; x < 1.0; x += 0.2) {
+      for (double y = 0.1; y < 1.0; y += 0.2) map->add({x, y, 0.4 + random.uniform(-0.02, 0.02)});
+    }
+  };
+  look();
+  const Eigen::Vector3f mean_m = surface_at(map, {0.5, 0.5, 0.5}).mean_m;
+  for (int i = 0; i < 50; ++i) look();
+  CHECK(surface_at(map, {0.5, 0.5, 0.5}).mean_m == mean_m);
+}
+
+TEST_CASE("what is far is forgotten within some calls, and what is near is kept") {
+  OwnedMap map(std::size_t{4096}, 1.0);
+  for (int x = 0; x < 100; ++x) {
+    for (int y = 0; y < 10; ++y) map->add({x + 0.5, y + 0.5, 0.5});
+  }
+  CHECK(map->size() == 1000);
+  for (int i = 0; i < 50; ++i) map->forget_far({0.0, 0.0, 0.0}, 30.0);
+  CHECK(map->size() < 310);
+  CHECK(map->size() > 250);
+  for (std::uint32_t i = 0; i < map->size(); ++i) CHECK(map->centre(i).norm() <= 30.0);
+}
+
+TEST_CASE("a map that is full refuses further voxels, and takes points of those it has") {
+  OwnedMap map(std::size_t{2}, 1.0);
+  CHECK(map->add({0.5, 0.5, 0.5}));
+  CHECK(map->add({1.5, 0.5, 0.5}));
+  CHECK_FALSE(map->add({2.5, 0.5, 0.5}));
+  CHECK(map->add({0.9, 0.9, 0.9}));
+}
+
+TEST_CASE("points beyond all bounds are no undefined behaviour") {
+  OwnedMap map(std::size_t{8}, 1.0);
+  CHECK(map->add({1e300, -1e300, 0.0}));
+  CHECK(map->nearest_surface({1e300, 0.0, -1e300}) == LocalMap::kNone);
+}
