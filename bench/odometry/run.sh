@@ -1,0 +1,66 @@
+#!/usr/bin/env bash
+# Errors and times of the odometry: tables of docs/odometry.md.
+#
+#   bench/odometry/run.sh [RECORDINGS] [SCANS]   200; WRITE_DOCS=1 writes the tables there
+#
+# RECORDINGS: the folder with kitti_0005a, kitti_0001 and hilti_hall, where the tests lay them out.
+# Simulated: town and campus, seven LiDARs, SCANS scans each of sweeps in motion, and tunnel, bore,
+# corridor and hall; SEED (1; others chose the parameters). The relative error is KITTI's, of segments
+# of 20, 40, ... 100 m, as these drives are short. OUT: folder of recordings; each is removed after
+# use. BIN: programs; LAYOUT=1 prints the tables without figures.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+# shellcheck source=bench/tables/common.sh
+source bench/tables/common.sh
+
+recordings=${1:-build/release/recordings}
+scans=${2:-200}
+seed=${SEED:-1}
+out=${OUT:-build/bench/odometry}
+bin=${BIN:-build/release/bin}
+lidars="hdl-64e vlp-16 os1-64 os2-128 aeva-aeries2 livox-avia livox-mid-360"
+
+# cells RECORDING: of what the program prints, "key value key value ..."
+cells() {
+  "$bin/bench_odometry" "$1" | awk '{
+    for (i = 1; i < NF; i += 2) v[$i] = $(i + 1)
+    relative = v["segments"] > 0 ? sprintf("%.2f", v["rel_percent"]) : "-"
+    printf "%.0f | %s | %.3f | %.2f | %.1f (%.1f) | %d | %d\n", v["path_m"], relative, v["ate_m"],
+      v["drift_percent"], v["ms_p50"], v["ms_p99"], v["degenerate"], v["lost"] }'
+}
+
+# simulated SCENE LIDAR ARGUMENTS...: cells of a recording whose points are not compensated
+simulated() {
+  local folder=$out/$1-$2-$seed
+  rm -rf "$folder"
+  mkdir -p "$out"
+  "$bin/unimapper" simulate --scene "$1" --sensor "$2" --seed "$seed" --scans "$scans" --drift none \
+    --bag mcap --out "$folder" >/dev/null 2>&1
+  rm -rf "$folder/scans" "$folder/labels"
+  cells "$folder/drive.mcap"
+  rm -rf "$folder"
+}
+
+header() {
+  echo "| $1 | path, m | relative, % | ATE, m | drift at the end, % | ms a scan (p99) | degenerate | lost |"
+  rule 8
+}
+
+recorded_table() {
+  header "recorded"
+  row "KITTI 0005, 70 scans" 7 cells "$recordings/kitti_0005a"
+  row "KITTI 0001, 60 scans" 7 cells "$recordings/kitti_0001"
+  row "hall, 2 Hz, carried by hand, 177 scans" 7 cells "$recordings/hilti_hall"
+}
+
+simulated_table() {
+  local scene lidar
+  header "simulated"
+  for scene in town campus; do
+    for lidar in $lidars; do row "\`$scene\`, $(lidar "$lidar")" 7 simulated "$scene" "$lidar"; done
+  done
+  for scene in hall corridor tunnel bore; do row "\`$scene\`, VLP-16" 7 simulated "$scene" vlp-16; done
+}
+
+table odometry-recorded recorded_table
+table odometry-simulated simulated_table
