@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <type_traits>
 
 #include "unimapper/onboard/events.hpp"
@@ -171,6 +172,23 @@ Pose from_c(const um_pose& pose) noexcept {
     out.translation(row) = pose.m[4 * row + 3];
   }
   return out;
+}
+
+PointView to_view(const um_points& points) noexcept {
+  return {static_cast<const std::byte*>(points.data),
+          points.count,
+          points.stride,
+          points.offset_x,
+          points.offset_y,
+          points.offset_z};
+}
+
+bool is_possible(const um_points& points) noexcept {
+  if (points.count == 0) return true;
+  if (points.data == nullptr || points.stride < sizeof(float)) return false;
+  constexpr std::size_t kMost = std::numeric_limits<std::size_t>::max() / 4;
+  const std::size_t offset = std::max({points.offset_x, points.offset_y, points.offset_z});
+  return offset <= kMost && points.count <= kMost / points.stride;
 }
 
 um_keyframe to_c(const KeyframeView& view, um_scan* scans, um_loop* loops) noexcept {

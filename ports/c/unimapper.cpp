@@ -1,13 +1,11 @@
 // C interface of the onboard pipeline.
 #include "ports/c/unimapper.h"
 
-#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <new>
 #include <span>
 #include <string_view>
@@ -40,29 +38,11 @@ constexpr const char* kVersionText =
 /// The core's own names are constants that end in zero.
 const char* text_of(std::string_view name) noexcept { return name.data(); }
 
-PointView to_view(const um_points& points) noexcept {
-  return {static_cast<const std::byte*>(points.data),
-          points.count,
-          points.stride,
-          points.offset_x,
-          points.offset_y,
-          points.offset_z};
-}
-
 /// As this version or one before it knows the struct; members were only added at its end.
 bool is_keyframe_size(std::uint32_t struct_size) noexcept {
   return struct_size == sizeof(um_keyframe) || struct_size == offsetof(um_keyframe, repeats) ||
          struct_size == offsetof(um_keyframe, input) ||
          struct_size == offsetof(um_keyframe, up_known);
-}
-
-/// Whether every byte of the view lies within the address space.
-bool is_possible(const um_points& points) noexcept {
-  if (points.count == 0) return true;
-  if (points.data == nullptr || points.stride < sizeof(float)) return false;
-  constexpr std::size_t kMost = std::numeric_limits<std::size_t>::max() / 4;
-  const std::size_t offset = std::max({points.offset_x, points.offset_y, points.offset_z});
-  return offset <= kMost && points.count <= kMost / points.stride;
 }
 
 /// Bytes of the ring, rounded up so that what follows it is aligned.

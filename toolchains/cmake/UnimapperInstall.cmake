@@ -76,7 +76,7 @@ function(unimapper_component name)
 endfunction()
 
 unimapper_component(c unimapper_c unimapper_c_static)
-install(FILES ports/c/unimapper.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+install(FILES ports/c/unimapper.h ports/c/unimapper_odometry.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
 
 get_property(unimapper_libraries GLOBAL PROPERTY UNIMAPPER_LIBRARIES)
 get_property(unimapper_freestanding GLOBAL PROPERTY UNIMAPPER_FREESTANDING_LIBRARIES)

@@ -1,10 +1,10 @@
 # Symbol test of the shared C library: only um_ functions are exported.
 cmake_policy(VERSION 3.22)
 
-# What the shared C library shows the world: every function of unimapper.h and nothing else; what
+# What the shared C library shows the world: every function of its headers and nothing else; what
 # it asks of the world: the C library and its maths.
 #
-# cmake -DNM=... -DREADELF=... -DHEADER=unimapper.h -DLIBRARY=libunimapper_c.so -P exports.cmake
+# cmake -DNM=... -DREADELF=... -DHEADERS=ports/c -DLIBRARY=libunimapper_c.so -P exports.cmake
 execute_process(COMMAND ${NM} -D --defined-only -P ${LIBRARY}
   OUTPUT_VARIABLE listing RESULT_VARIABLE failed)
 if(failed)
@@ -18,7 +18,12 @@ foreach(line IN LISTS lines)
 endforeach()
 list(SORT shown)
 
-file(READ "${HEADER}" header)
+file(GLOB files "${HEADERS}/*.h")
+set(header "")
+foreach(file IN LISTS files)
+  file(READ "${file}" text)
+  string(APPEND header "${text}")
+endforeach()
 string(REGEX MATCHALL "UM_API (UM_CHECKED )?[a-z_0-9* ]+ ?\\*?um_[a-z_]+\\(" declarations "${header}")
 set(declared)
 foreach(declaration IN LISTS declarations)
@@ -28,7 +33,7 @@ endforeach()
 list(SORT declared)
 list(LENGTH declared count)
 if(count LESS 15)
-  message(FATAL_ERROR "only ${count} functions found in ${HEADER}: it was not understood")
+  message(FATAL_ERROR "only ${count} functions found in ${HEADERS}: it was not understood")
 endif()
 if(NOT shown STREQUAL declared)
   message(FATAL_ERROR "declared: ${declared}\nshown: ${shown}")

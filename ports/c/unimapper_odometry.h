@@ -1,0 +1,84 @@
+/* LiDAR odometry for C: scans in, poses of the sensor out, in one block of memory.
+ *
+ * For robots that have no odometry of their own: its poses are what um_add_scan of unimapper.h
+ * takes. Order of use: um_odometry_config_init, um_odometry_required_bytes, um_odometry_init, then
+ * um_odometry_add_scan for every scan. Memory, threads, errors, frames and versions as in
+ * unimapper.h. docs/odometry.md says what it can do and what it cannot.
+ */
+#ifndef UNIMAPPER_ODOMETRY_H
+#define UNIMAPPER_ODOMETRY_H
+
+#include "unimapper.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Parameters; um_odometry_config_init sets the defaults. */
+typedef struct um_odometry_config {
+  uint32_t struct_size; /**< sizeof(um_odometry_config), set by um_odometry_config_init */
+  uint32_t max_voxels;  /**< room of the local map, in voxels */
+  uint32_t max_points;  /**< room for the points of one thinned scan */
+  uint32_t reserved;    /**< 0 */
+  double min_range_m;   /**< points nearer are left out: the robot itself */
+  double max_range_m;   /**< points beyond are left out */
+  double voxel_m;       /**< edge of the local map's voxels */
+} um_odometry_config;
+
+/** What is known about a pose. */
+enum um_odometry_state {
+  UM_ODOMETRY_STARTING = 0,   /**< too few scans for a velocity */
+  UM_ODOMETRY_TRACKING = 1,   /**< the scan determines all axes */
+  UM_ODOMETRY_DEGENERATE = 2, /**< along the weak axes the pose is predicted, not measured */
+  UM_ODOMETRY_LOST = 3        /**< the scan does not fit the local map: the pose is predicted */
+};
+
+/** What a scan showed. */
+typedef struct um_odometry_result {
+  uint32_t struct_size;      /**< sizeof(um_odometry_result), set by the caller */
+  int32_t state;             /**< one of enum um_odometry_state */
+  um_pose T_odometry_sensor; /**< at the scan's stamp; the first accepted scan's is the identity */
+  double velocity_m_s[3];    /**< in the sensor's frame */
+  double angular_velocity_rad_s[3]; /**< in the sensor's frame */
+  /** Of the motion since the scan before, row by row: translation along the odometry's axes (square
+   *  metres), then the rotation vector in the sensor's frame (square radians). Sums over scans are
+   *  those of longer motions. */
+  double covariance[36];
+  /** Directions that the scan does not determine, in the sensor's frame: x, y, z of a translation,
+   *  then of a rotation; one of the two is zero. */
+  double weak_axes[6][6];
+  uint32_t weak_axis_count; /**< rows of weak_axes in use */
+  uint32_t reserved;        /**< 0 */
+  const char* reason;       /**< why the state is not tracking; static text, never null */
+} um_odometry_result;
+
+/** Opaque; lives at the start of the block given to um_odometry_init. */
+typedef struct um_odometry um_odometry;
+
+/** Sets every parameter to its default. */
+UM_API UM_CHECKED um_status um_odometry_config_init(um_odometry_config* config, size_t struct_size);
+
+/** Exactly the bytes um_odometry_init needs; 0 if the configuration is refused. */
+UM_API size_t um_odometry_required_bytes(const um_odometry_config* config);
+
+/** Makes an odometry in `memory` (64-byte aligned, at least um_odometry_required_bytes), which
+ *  stays the caller's and must not be touched or moved while it is used. On success *odometry is
+ *  the handle; otherwise it is null, and *message (may be null) says why in one sentence. */
+UM_API UM_CHECKED um_status um_odometry_init(const um_odometry_config* config, void* memory,
+                                             size_t bytes, um_odometry** odometry,
+                                             const char** message);
+
+/** Registers a scan. `time_s` (may be null: the scan is motion-compensated) has for every point the
+ *  seconds after the stamp at which it was measured; they may be negative.
+ *
+ *  UM_TIME_REVERSED, UM_EMPTY_SCAN: nothing has changed, and *result holds the scan before.
+ *  Cost: proportional to the points (docs/odometry.md). */
+UM_API UM_CHECKED um_status um_odometry_add_scan(um_odometry* odometry, const um_points* points,
+                                                 const float* time_s, int64_t stamp_ns,
+                                                 um_odometry_result* result);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
