@@ -8,6 +8,7 @@
 #include "ports/datasets/deskew.hpp"
 #include "ports/datasets/files.hpp"
 #include "ports/datasets/mounting.hpp"
+#include "ports/datasets/own_odometry.hpp"
 #include "ports/datasets/readers.hpp"
 #include "ports/datasets/scan_faults.hpp"
 
@@ -28,9 +29,35 @@ std::unique_ptr<Dataset> open_with_reader(const std::filesystem::path& path,
   return reader->open(path, options);
 }
 
+/// Scans of one LiDAR with poses from these scans alone, which need no correction.
+std::unique_ptr<Dataset> open_without_poses(std::unique_ptr<Dataset> dataset,
+                                            const OpenOptions& options) {
+  if (options.refuses_unknown_mounting) {
+    throw DatasetError("own odometry takes the scans of one LiDAR: choose it with --topic");
+  }
+  if (options.time_offset_s != 0.0 || options.finds_time_offset || options.finds_mount) {
+    throw DatasetError(
+        "--time-offset and --extrinsic auto correct recorded poses; there are none, or --odometry "
+        "own leaves them out");
+  }
+  OwnOdometryOptions own;
+  if (!options.T_base_lidar.empty()) own.T_base_lidar = options.T_base_lidar.front();
+  own.most_scans = options.most_scans;
+  own.uses_times = options.deskew != Deskew::kOff;
+  own.progress = options.odometry_progress;
+  return with_own_odometry(std::move(dataset), own);
+}
+
 /// One LiDAR's scans.
 std::unique_ptr<Dataset> open_lidar(const std::filesystem::path& path, const OpenOptions& options) {
+  if (options.own_odometry &&
+      (!options.poses.empty() || !options.odometry_topic.empty() || !options.frame.empty())) {
+    throw DatasetError("own odometry takes no poses: leave out --poses, --odometry-topic, --frame");
+  }
   std::unique_ptr<Dataset> dataset = with_counted_faults(open_with_reader(path, options));
+  if (options.own_odometry || !dataset->has_poses()) {
+    return deskewed(open_without_poses(std::move(dataset), options), options.deskew);
+  }
   if (options.time_offset_s != 0.0) {
     dataset = retimed(std::move(dataset), options.time_offset_s);
   }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -116,6 +117,8 @@ class Dataset {
   [[nodiscard]] virtual std::vector<Note> notes() const { return {}; }
   /// Whether the recording says where its LiDARs are mounted, so that --extrinsic replaces it.
   [[nodiscard]] virtual bool is_mounted_by_recording() const { return false; }
+  /// Whether poses were recorded; else each is the identity.
+  [[nodiscard]] virtual bool has_poses() const { return true; }
   /// T_odometry_sensor at any time, where the recording has an odometry of a rate of its own; empty
   /// without one, and beyond its ends.
   [[nodiscard]] virtual std::optional<Pose> pose_at(std::int64_t /*stamp_ns*/) const {
@@ -136,7 +139,12 @@ struct OpenOptions {
   std::string sensor{};           ///< the LiDAR, where a recording holds several
   std::string sequence{};         ///< of a folder of several sequences, e.g. "00"
   std::filesystem::path poses{};  ///< pose file; empty: where the layout has it
-  std::string point_fields{};     ///< of records without a header, e.g. "x y z intensity ring"
+  /// Poses of the own odometry (own_odometry.hpp), also where others were recorded.
+  bool own_odometry = false;
+  std::size_t most_scans = 0;  ///< that the own odometry reads; 0: all
+  /// Told of the own odometry after each scan how many are done, and how many there are.
+  std::function<void(std::size_t done, std::size_t all)> odometry_progress{};
+  std::string point_fields{};  ///< of records without a header, e.g. "x y z intensity ring"
   /// Of the scans, in a bag; behind an at sign the frame of one LiDAR, where several are on it.
   std::string topic{};
   std::string odometry_topic{};  ///< of the poses, in a bag
@@ -155,9 +163,9 @@ struct OpenOptions {
 };
 
 /// Opens the folder or file at `path` with the reader that the options name, or the first that
-/// recognises it. Several topics with commas between them are several LiDARs of one robot
-/// (mounting.hpp); where one of them is mounted must be known. So are several LiDARs on one topic.
-/// Throws DatasetError.
+/// recognises it. Scans without recorded poses get those of the own odometry. Several topics with
+/// commas between them are several LiDARs of one robot (mounting.hpp); where one of them is mounted
+/// must be known. So are several LiDARs on one topic. Throws DatasetError.
 std::unique_ptr<Dataset> open_dataset(const std::filesystem::path& path,
                                       const OpenOptions& options = {});
 

@@ -27,6 +27,7 @@ class DatasetDecorator : public Dataset {
   [[nodiscard]] bool is_mounted_by_recording() const override {
     return inner_->is_mounted_by_recording();
   }
+  [[nodiscard]] bool has_poses() const override { return inner_->has_poses(); }
   [[nodiscard]] std::optional<Pose> pose_at(std::int64_t stamp_ns) const override {
     return inner_->pose_at(stamp_ns);
   }

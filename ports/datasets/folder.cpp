@@ -84,7 +84,7 @@ class FolderDataset : public SequenceDataset {
   RecordLayout layout_;
 };
 
-/// The poses the user names, those in the folder, or those beside its scans.
+/// The poses the user names, those in the folder, or those beside its scans; empty without any.
 fs::path find_poses(const fs::path& directory, const fs::path& scans, const OpenOptions& options) {
   if (!options.poses.empty()) return options.poses;
   for (const fs::path& folder :
@@ -92,7 +92,7 @@ fs::path find_poses(const fs::path& directory, const fs::path& scans, const Open
     fs::path found = find_poses_file(folder);
     if (!found.empty()) return found;
   }
-  fail(directory, "no pose file; " + remedy_for_missing_poses());
+  return {};
 }
 
 }  // namespace
@@ -112,13 +112,16 @@ std::unique_ptr<Dataset> open_folder(const fs::path& directory, const OpenOption
     layout = find_record_layout(scans.files, options.point_fields, notes);
   }
   const fs::path poses_file = find_poses(directory, scans.folder, options);
-  const Trajectory trajectory = parse_trajectory(read_text(poses_file), poses_file);
+  const auto [trajectory, are_recorded] =
+      read_folder_poses(poses_file, scans.files.size(), options);
   fs::path times = find_child(directory, {"times.txt", "timestamps.txt"});
   if (times.empty()) times = find_child(scans.folder, {"times.txt", "timestamps.txt"});
   Sequence sequence = make_sequence({.files = std::move(scans.files),
                                      .trajectory = trajectory,
                                      .poses_file = poses_file,
-                                     .times_file = times});
+                                     .times_file = times,
+                                     .are_numbered_by_line = !are_recorded});
+  sequence.has_poses = are_recorded;
   sequence.notes.insert(sequence.notes.begin(), notes.begin(), notes.end());
   return std::make_unique<FolderDataset>(std::move(sequence), std::move(layout));
 }

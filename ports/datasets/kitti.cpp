@@ -137,15 +137,15 @@ std::unique_ptr<Dataset> open_kitti(const fs::path& path, const OpenOptions& opt
   RecordLayout layout = find_record_layout(files, options.point_fields, notes);
 
   const fs::path poses_file = find_kitti_poses(directory, options);
-  if (!fs::exists(poses_file)) fail(poses_file, "no such file; " + remedy_for_missing_poses());
-  const Trajectory trajectory = parse_trajectory(read_text(poses_file), poses_file);
+  const auto [trajectory, are_recorded] = read_folder_poses(poses_file, files.size(), options);
   const bool is_of_kitti =
       read_calibration(directory).has_value() || poses_file.parent_path().filename() == "poses";
   Sequence sequence = make_sequence({.files = std::move(files),
                                      .trajectory = trajectory,
                                      .poses_file = poses_file,
                                      .times_file = directory / "times.txt",
-                                     .are_numbered_by_line = is_of_kitti});
+                                     .are_numbered_by_line = is_of_kitti || !are_recorded});
+  sequence.has_poses = are_recorded;
   if (trajectory.stamps_ns.empty()) {
     apply_calibration(directory, sequence.poses);
   } else if (read_calibration(directory)) {

@@ -61,12 +61,14 @@ std::unique_ptr<Dataset> open_pcd(const fs::path& directory, const OpenOptions& 
   auto files = list_files(clouds, ".pcd");
   if (files.empty()) fail(clouds, "holds no *.pcd scans");
   const fs::path poses_file = options.poses.empty() ? find_poses_file(directory) : options.poses;
-  if (poses_file.empty()) fail(directory, "no pose file; " + remedy_for_missing_poses());
-  const Trajectory trajectory = parse_trajectory(read_text(poses_file), poses_file);
-  return std::make_unique<PcdDataset>(make_sequence({.files = std::move(files),
-                                                     .trajectory = trajectory,
-                                                     .poses_file = poses_file,
-                                                     .times_file = directory / "times.txt"}));
+  const auto [trajectory, are_recorded] = read_folder_poses(poses_file, files.size(), options);
+  Sequence sequence = make_sequence({.files = std::move(files),
+                                     .trajectory = trajectory,
+                                     .poses_file = poses_file,
+                                     .times_file = directory / "times.txt",
+                                     .are_numbered_by_line = !are_recorded});
+  sequence.has_poses = are_recorded;
+  return std::make_unique<PcdDataset>(std::move(sequence));
 }
 
 }  // namespace unimapper::datasets

@@ -251,6 +251,15 @@ class Association {
 
 }  // namespace
 
+FolderPoses read_folder_poses(const fs::path& poses_file, std::size_t scans,
+                              const OpenOptions& options) {
+  const bool is_missing = options.poses.empty() && (poses_file.empty() || !fs::exists(poses_file));
+  if (options.own_odometry || is_missing) {
+    return {{std::vector<Pose>(scans), {}}, false};
+  }
+  return {parse_trajectory(read_text(poses_file), poses_file)};
+}
+
 Sequence make_sequence(SequenceParts parts) { return Association(std::move(parts)).run(); }
 
 }  // namespace unimapper::datasets

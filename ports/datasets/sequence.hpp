@@ -17,6 +17,7 @@ struct Sequence {
   std::vector<Pose> poses;                   ///< T_world_sensor of each file
   std::vector<std::int64_t> stamps_ns;       ///< of each file
   std::vector<Note> notes;                   ///< how poses were found
+  bool has_poses = true;                     ///< false: each is the identity
 };
 
 /// Sequences without times are taken at 10 Hz.
@@ -48,6 +49,17 @@ struct SequenceParts {
 /// poses, else every 0.1 s. Throws DatasetError.
 Sequence make_sequence(SequenceParts parts);
 
+/// Poses of a folder of scans.
+struct FolderPoses {
+  Trajectory trajectory;     ///< one pose a scan, or with stamps
+  bool are_recorded = true;  ///< false: an identity for each scan
+};
+
+/// Reads `poses_file`. Identities for `scans` scans where there is no such file and the user named
+/// none, or where `options` ask for the own odometry. Throws DatasetError.
+FolderPoses read_folder_poses(const std::filesystem::path& poses_file, std::size_t scans,
+                              const OpenOptions& options);
+
 /// The part of it for scans and poses that both have stamps.
 Sequence take_by_stamp(const std::vector<std::filesystem::path>& files,
                        const std::vector<std::int64_t>& stamps_ns, const Trajectory& trajectory,
@@ -67,6 +79,7 @@ class SequenceDataset : public Dataset {
   [[nodiscard]] std::vector<std::uint32_t> labels(std::size_t /*i*/) const override { return {}; }
   [[nodiscard]] std::vector<Pose> ground_truth_poses() const override { return {}; }
   [[nodiscard]] std::vector<Note> notes() const override { return sequence_.notes; }
+  [[nodiscard]] bool has_poses() const override { return sequence_.has_poses; }
 
  protected:
   explicit SequenceDataset(Sequence sequence) : sequence_(std::move(sequence)) {}

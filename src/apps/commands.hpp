@@ -12,6 +12,7 @@ namespace unimapper::apps {
 void register_base(CLI::App& app);
 void register_simulate(CLI::App& app);
 void register_onboard(CLI::App& app);
+void register_odometry(CLI::App& app);
 void register_project(CLI::App& app);
 void register_merge(CLI::App& app);
 void register_evaluate(CLI::App& app);

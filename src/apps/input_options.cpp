@@ -62,6 +62,14 @@ void add_open_options(CLI::App& command, datasets::OpenOptions& options) {
                   "Pose file, where it is not beside the scans: TUM, KITTI or 4x4 matrices")
       ->group("Input");
   command
+      .add_option_function<std::string>(
+          "--odometry",
+          [&options](const std::string& source) { options.own_odometry = source == "own"; },
+          "Whose poses: auto (those of the recording; where it has none, the own odometry, which "
+          "takes them from the scans) or own")
+      ->check(CLI::IsMember({"auto", "own"}))
+      ->group("Input");
+  command
       .add_option("--topic", options.topic,
                   "Scans in a bag, where there are several such topics; A,B: two LiDARs of one "
                   "robot as one; A@FRAME: one of several LiDARs on a topic")

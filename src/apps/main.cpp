@@ -74,6 +74,7 @@ int run(int argc, char** argv) {
   unimapper::apps::register_inspect(app);
   unimapper::apps::register_keys(app);
   unimapper::apps::register_onboard(app);
+  unimapper::apps::register_odometry(app);
   unimapper::apps::register_view(app);
   unimapper::apps::register_watch(app);
   unimapper::apps::register_base(app);

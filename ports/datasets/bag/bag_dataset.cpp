@@ -319,6 +319,7 @@ class BagDataset final : public Dataset {
   [[nodiscard]] std::vector<Pose> ground_truth_poses() const override { return {}; }
   [[nodiscard]] std::vector<Note> notes() const override { return notes_; }
   [[nodiscard]] bool is_mounted_by_recording() const override { return lidar_poses_.is_mounted; }
+  [[nodiscard]] bool has_poses() const override { return !lidar_poses_.are_missing; }
   [[nodiscard]] std::optional<Pose> pose_at(std::int64_t stamp_ns) const override {
     return lidar_poses_.at(stamp_ns);
   }
@@ -337,7 +338,7 @@ class BagDataset final : public Dataset {
     const bool has_pose_file = !options.poses.empty();
     const bool only_transforms = options.odometry_topic.empty() && !options.frame.empty();
     std::vector<std::size_t> pose_topics;
-    if (!has_pose_file && !only_transforms) {
+    if (!has_pose_file && !only_transforms && !options.own_odometry) {
       pose_topics = choose_pose_topics(*source_, options.odometry_topic);
     }
     Contents contents =
@@ -358,8 +359,9 @@ class BagDataset final : public Dataset {
     wish.fixed_frame = options.frame;
     wish.is_mounted_by_caller = !options.T_base_lidar.empty();
     wish.refuses_unknown_mounting = options.refuses_unknown_mounting;
-    lidar_poses_ =
-        has_pose_file ? poses_of_file(options.poses, file_poses_) : find_lidar_poses(poses_, wish);
+    lidar_poses_ = options.own_odometry ? missing_poses()
+                   : has_pose_file      ? poses_of_file(options.poses, file_poses_)
+                                        : find_lidar_poses(poses_, wish);
     notes_.insert(notes_.end(), lidar_poses_.notes.begin(), lidar_poses_.notes.end());
     apply_stamps(contents);
     if (lidar_poses_.inverted) choose_reading(contents.scans);

@@ -282,6 +282,14 @@ void BagPoses::finish(RecordedStamps& scans) {
   transforms.finish();
 }
 
+LidarPoses missing_poses() {
+  LidarPoses none;
+  none.description = "none";
+  none.are_missing = true;
+  none.at = [](std::int64_t /*stamp_ns*/) { return std::optional<Pose>(Pose()); };
+  return none;
+}
+
 LidarPoses find_lidar_poses(const BagPoses& poses, const PoseWish& wish) {
   std::vector<const PoseTopic*> topics;
   for (const auto& [number, topic] : poses.topics) {
@@ -319,12 +327,7 @@ LidarPoses find_lidar_poses(const BagPoses& poses, const PoseWish& wish) {
     throw DatasetError("holds several topics of poses: " + list +
                        "; choose one with --odometry-topic");
   }
-  throw DatasetError(
-      "holds scans but no poses: neither nav_msgs/Odometry nor geometry_msgs/PoseStamped nor "
-      "nav_msgs/Path nor transforms in which the LiDAR's frame " +
-      quoted(wish.lidar_frame) +
-      " moves. Run a LiDAR odometry on it first (e.g. kiss_icp_pipeline, whose poses in TUM form "
-      "are handed in with --poses)");
+  return missing_poses();
 }
 
 }  // namespace unimapper::datasets::bag

@@ -76,6 +76,7 @@ struct LidarPoses {
   std::vector<Note> notes;   ///< what was chosen, and warnings
   bool is_mounted = false;   ///< by the bag's transforms
   bool is_of_topic = false;  ///< by the clock that `RecordedStamps` gives them
+  bool are_missing = false;  ///< the recording has none, and each is the identity
 };
 
 /// How the poses of the LiDAR's frame are found.
@@ -89,9 +90,12 @@ struct PoseWish {
 /// Seconds with three decimals, for messages.
 std::string seconds_text(std::int64_t stamp_ns);
 
-/// Poses of the only odometry; else of the transforms; else of the only topic with poses. Throws
-/// DatasetError (without naming a file) where there are none, several fit, or two publishers are
-/// mixed. The result refers to `poses`.
+/// Of a recording without poses.
+LidarPoses missing_poses();
+
+/// Poses of the only odometry; else of the transforms; else of the only topic with poses; else
+/// `missing_poses`. Throws DatasetError (without naming a file) where several fit, or two
+/// publishers are mixed. The result refers to `poses`.
 LidarPoses find_lidar_poses(const BagPoses& poses, const PoseWish& wish);
 
 }  // namespace unimapper::datasets::bag

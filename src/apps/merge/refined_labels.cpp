@@ -1,6 +1,7 @@
 // Refined labels of a recording's scans.
 #include "src/apps/merge/refined_labels.hpp"
 
+#include <map>
 #include <stdexcept>
 
 #include "ports/datasets/dataset.hpp"
@@ -19,20 +20,25 @@ class LabelWriter {
  public:
   LabelWriter(const fs::path& folder, const datasets::Dataset& dataset)
       : labels_(folder / "labels"), dataset_(dataset), written_(dataset.scan_count(), false) {
+    for (std::size_t i = 0; i < dataset.scan_count(); ++i) {
+      index_at_.emplace(dataset.stamp_ns(i), i);
+    }
     datasets::make_directory(labels_);
   }
 
   void write(const KeyframeRecord& keyframe, const merge::RefinedKeyframe& refined) {
     const CellLabels cells(keyframe, refined);
     for (const KeyframeScan& scan : keyframe.scans) {
-      if (scan.scan_index >= dataset_.scan_count()) {
+      // By stamp: a run that was cut counts its scans anew, and scans without poses are left out.
+      const auto found = index_at_.find(scan.stamp_ns);
+      if (found == index_at_.end()) {
         throw std::runtime_error("--truth: the recording has no scan " +
                                  std::to_string(scan.scan_index) +
                                  "; the session was made of another one");
       }
       const Pose T_keyframe_sensor =
           keyframe.T_odometry_keyframe.inverse() * scan.T_odometry_sensor;
-      write_scan(scan.scan_index, T_keyframe_sensor, cells);
+      write_scan(found->second, T_keyframe_sensor, cells);
     }
   }
 
@@ -72,6 +78,7 @@ class LabelWriter {
 
   fs::path labels_;
   const datasets::Dataset& dataset_;
+  std::map<std::int64_t, std::size_t> index_at_;  ///< of scans by their stamps, nanoseconds
   std::vector<bool> written_;
   datasets::Scan scan_;
   std::vector<std::uint32_t> labels_of_scan_;

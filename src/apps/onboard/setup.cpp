@@ -5,10 +5,15 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <functional>
+#include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 
 #include "ports/datasets/files.hpp"
+#include "src/apps/onboard/progress.hpp"
 #include "src/apps/onboard/sensor_mode.hpp"
 #include "src/apps/suggestion.hpp"
 #include "src/input/plausibility.hpp"
@@ -55,8 +60,24 @@ ChosenSensor named(const input::SensorSheet& sheet, const std::string& source,
 
 }  // namespace
 
+namespace {
+
+/// A line on stderr while the own odometry reads the scans.
+std::function<void(std::size_t, std::size_t)> odometry_progress() {
+  auto progress = std::make_shared<std::optional<Progress>>();
+  return [progress](std::size_t done, std::size_t all) {
+    if (!*progress) progress->emplace("odometry", all);
+    (*progress)->update(done, "registered");
+    if (done == all) progress->reset();
+  };
+}
+
+}  // namespace
+
 datasets::OpenOptions open_options(const OnboardOptions& options) {
   datasets::OpenOptions result = options.input;
+  if (options.scans < std::numeric_limits<std::size_t>::max()) result.most_scans = options.scans;
+  result.odometry_progress = odometry_progress();
   if (options.sensor_file.empty() || !result.T_base_lidar.empty()) return result;
   const input::SensorSheet sheet = input::read_sheet(options.sensor_file);
   if (sheet.T_base_lidar) result.T_base_lidar.push_back(*sheet.T_base_lidar);

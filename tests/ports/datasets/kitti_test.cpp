@@ -189,7 +189,7 @@ TEST_CASE("a damaged KITTI sequence is refused with file and reason") {
   }
   SECTION("no poses") {
     std::filesystem::remove(sequence / "poses.txt");
-    CHECK_THAT(sequence.error(), Contains("poses.txt") && Contains("no such file"));
+    CHECK_THAT(sequence.error(), Contains("own odometry lost 2 of 2 scans"));
   }
   SECTION("fewer poses than scans") {
     sequence.write("poses.txt", kIdentityLine);

@@ -216,7 +216,7 @@ TEST_CASE("a folder of clouds with a trajectory is a recording, poses in TUM or 
   directory.write(poses, kIdentityLine);
   CHECK_THAT(open_error(directory.path()), Contains(poses) && Contains("1 poses for 2 scans"));
   std::filesystem::remove(directory / poses);
-  CHECK_THAT(open_error(directory.path(), {.format = "pcd"}), Contains("no pose file"));
+  CHECK_THAT(open_error(directory.path(), {.format = "pcd"}), Contains("own odometry lost"));
 }
 
 TEST_CASE("DynamicMap scans come back in the sensor frame, without their ground truth") {
@@ -268,7 +268,7 @@ TEST_CASE("clouds without poses or viewpoints are not taken for DynamicMap") {
   for (const char* name : {"0", "1", "2"}) {
     directory.write("pcd/" + std::string(name) + ".pcd", binary_cloud());
   }
-  CHECK_THAT(open_error(directory.path()), Contains("no pose file"));
+  CHECK_THAT(open_error(directory.path()), Contains("own odometry lost"));
   CHECK_THAT(open_error(directory.path(), kDynamicMap),
              Contains("every VIEWPOINT is the identity"));
 }

@@ -1,0 +1,126 @@
+#include "ports/datasets/own_odometry.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ports/datasets/decorator.hpp"
+#include "unimapper/core/owned.hpp"
+#include "unimapper/odometry/odometry.hpp"
+
+namespace unimapper::datasets {
+namespace {
+
+/// `LidarOdometry` in a block of its own from the heap.
+class HeapOdometry {
+ public:
+  explicit HeapOdometry(const LidarOdometryConfig& config)
+      : block_(LidarOdometry::required_bytes(config)),
+        odometry_(LidarOdometry::create(config, block_.span())) {
+    if (!odometry_.ok()) {
+      throw DatasetError(std::string("odometry: ") + odometry_.error().message);
+    }
+  }
+  LidarOdometry* operator->() { return *odometry_; }
+
+ private:
+  MemoryBlock block_;
+  Expected<LidarOdometry*> odometry_;
+};
+
+/// Scans of a kind, and the first of them.
+struct Tally {
+  std::size_t scans = 0;
+  std::size_t first = 0;
+  const char* reason = "";
+
+  void add(std::size_t scan, const char* why) {
+    if (scans++ > 0) return;
+    first = scan;
+    reason = why == nullptr ? "" : why;
+  }
+};
+
+class OwnOdometryDataset final : public DatasetDecorator {
+ public:
+  OwnOdometryDataset(std::unique_ptr<Dataset> dataset, const OwnOdometryOptions& options)
+      : DatasetDecorator(std::move(dataset)) {
+    const std::size_t all = inner().scan_count();
+    const std::size_t count = options.most_scans == 0 ? all : std::min(options.most_scans, all);
+    poses_.reserve(count);
+    HeapOdometry odometry{LidarOdometryConfig{}};
+    Pose last;
+    Scan scan;
+    for (std::size_t i = 0; i < count; ++i) {
+      inner().read_scan(i, scan);
+      if (!options.uses_times) scan.time_s.clear();
+      const OdometryResult result =
+          odometry->add_scan(inner().stamp_ns(i), scan.view(), scan.time_s);
+      if (result.error.ok()) last = result.T_odometry_sensor;
+      poses_.push_back(options.T_base_lidar * last);
+      count_state(i, result);
+      if (options.progress) options.progress(i + 1, count);
+    }
+    require_tracking();
+  }
+
+  [[nodiscard]] std::size_t scan_count() const override { return poses_.size(); }
+  [[nodiscard]] const Pose& pose(std::size_t i) const override { return poses_.at(i); }
+  [[nodiscard]] std::optional<Pose> pose_at(std::int64_t /*stamp_ns*/) const override {
+    return std::nullopt;
+  }
+  [[nodiscard]] std::vector<Pose> ground_truth_poses() const override {
+    std::vector<Pose> poses = inner().ground_truth_poses();
+    poses.resize(std::min(poses.size(), poses_.size()));
+    return poses;
+  }
+  [[nodiscard]] bool has_poses() const override { return true; }
+  [[nodiscard]] std::vector<Note> notes() const override {
+    std::vector<Note> notes = inner().notes();
+    notes.push_back({"poses: of the own odometry, from the scans alone", false});
+    add_note(degenerate_, "do not determine the motion in every direction", notes);
+    add_note(lost_, "could not be registered: poses go on as before", notes);
+    return notes;
+  }
+
+ private:
+  void count_state(std::size_t scan, const OdometryResult& result) {
+    if (!result.error.ok() || result.state == OdometryState::kLost) {
+      lost_.add(scan, result.error.ok() ? result.reason : result.error.message);
+    } else if (result.state == OdometryState::kDegenerate) {
+      degenerate_.add(scan, result.reason);
+    }
+  }
+
+  [[nodiscard]] std::string described(const Tally& tally) const {
+    return std::to_string(tally.scans) + " of " + std::to_string(poses_.size()) + " scans, first " +
+           inner().scan_name(tally.first) +
+           (*tally.reason == '\0' ? "" : " (" + std::string(tally.reason) + ")");
+  }
+
+  void add_note(const Tally& tally, const char* what, std::vector<Note>& notes) const {
+    if (tally.scans == 0) return;
+    notes.push_back({"own odometry: " + described(tally) + ", " + what, true});
+  }
+
+  /// A trajectory that is guessed for the most part is no trajectory.
+  void require_tracking() const {
+    if (2 * lost_.scans <= poses_.size()) return;
+    throw DatasetError("own odometry lost " + described(lost_) +
+                       ": give the poses of another one with --poses");
+  }
+
+  std::vector<Pose> poses_;
+  Tally degenerate_;
+  Tally lost_;
+};
+
+}  // namespace
+
+std::unique_ptr<Dataset> with_own_odometry(std::unique_ptr<Dataset> dataset,
+                                           const OwnOdometryOptions& options) {
+  return std::make_unique<OwnOdometryDataset>(std::move(dataset), options);
+}
+
+}  // namespace unimapper::datasets
