@@ -6,24 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
-#include <memory>
 #include <optional>
 
 #include "src/core/quantile.hpp"
 #include "src/input/extrinsic.hpp"
-#include "src/input/text.hpp"
 
 namespace unimapper::input {
 namespace {
-
-// Standard deviations. Drift along a straight road looks like a delay and sway on the level like a
-// height, and more surely than they are.
-constexpr double kMoreSurely = 8.0;
-// What is said, and corrected where asked for.
-constexpr double kSaid_deg = 0.7;
-constexpr double kSaidRoll_deg = 1.5;  // it shows in slight tilts of turns alone
-constexpr double kSaid_m = 0.35;
 
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& r) {
   const Eigen::AngleAxisd turn(r);
@@ -445,185 +436,6 @@ std::optional<ClockStep> find_clock_step(const Track& track,
   return step;
 }
 
-namespace {
-
-constexpr std::size_t kCalibrationPairs = 40;
-constexpr std::size_t kShapePoints = 2'000;
-
-double turn_deg(const Pose& pose) { return rotation_angle(pose.rotation) * kDegreesPerRadian; }
-
-class PairChoice {
- public:
-  explicit PairChoice(const Track& track) : track_(track) {}
-
-  /// Two for each part of the track: one that moves far, one that turns or changes its speed most.
-  [[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> choose() const {
-    std::vector<std::pair<std::size_t, std::size_t>> pairs;
-    // Poses of other times are needed on both sides.
-    const std::size_t margin = std::clamp<std::size_t>(track_.size / 8, 1, 10);
-    if (track_.size < 2 * margin + 4) return pairs;
-    const std::size_t begin = margin;
-    const std::size_t size = track_.size - 2 * margin - 1;
-    const std::size_t parts = std::min(kCalibrationPairs / 2, size / 2);
-    for (std::size_t s = 0; s < parts; ++s) {
-      const std::size_t from = begin + s * size / parts;
-      const std::size_t to = begin + (s + 1) * size / parts;
-      pairs.emplace_back(from, partner(from, begin + size));
-      std::size_t liveliest = from;
-      double most = -1.0;
-      const std::size_t step = std::max<std::size_t>(1, (to - from) / 6);
-      for (std::size_t i = from; i < to; i += step) {
-        const double value = liveliness(i, std::min(i + 6, begin + size));
-        if (value <= most) continue;
-        most = value;
-        liveliest = i;
-      }
-      const std::pair<std::size_t, std::size_t> lively{liveliest,
-                                                       std::min(liveliest + 6, begin + size)};
-      if (lively != pairs.back()) pairs.push_back(lively);
-    }
-    return pairs;
-  }
-
- private:
-  [[nodiscard]] Pose motion(std::size_t i, std::size_t j) const {
-    return track_.pose(i).inverse() * track_.pose(j);
-  }
-
-  [[nodiscard]] std::size_t partner(std::size_t i, std::size_t last) const {
-    constexpr std::size_t kMostScans = 20;
-    constexpr double kFar_m = 4.0;
-    constexpr double kTurned_deg = 20.0;
-    std::size_t j = i + 1;
-    for (; j < std::min(i + kMostScans, last); ++j) {
-      const Pose moved = motion(i, j);
-      if (moved.translation.norm() >= kFar_m || turn_deg(moved) >= kTurned_deg) break;
-    }
-    return j;
-  }
-
-  /// Degrees that it turns, and that its motion changes by, for a metre at five metres away.
-  [[nodiscard]] double liveliness(std::size_t i, std::size_t j) const {
-    const Pose change = motion(i - 1, i).inverse() * motion(j - 1, j);
-    constexpr double kPerMetre_deg = 12.0;
-    constexpr double kScans = 5.0;
-    return turn_deg(motion(i, j)) +
-           kScans * (turn_deg(change) + kPerMetre_deg * change.translation.norm());
-  }
-
-  const Track& track_;
-};
-
-}  // namespace
-
-std::vector<RegisteredMotion> register_motions(
-    const Track& track, const std::function<bool(std::size_t, std::size_t)>& skips,
-    const std::function<void(std::size_t, datasets::Scan&)>& read) {
-  constexpr double kInTunnel = 0.03;    // condition; tunnels have no more
-  constexpr double kUnmoved = 0.05;     // agreement; rings of a sparse sensor
-  constexpr double kAgreesWell = 0.85;  // agreement, against the median
-  constexpr double kStands_m = 0.3;
-  constexpr double kStands_deg = 2.0;
-  std::vector<RegisteredMotion> motions;
-  std::vector<double> agreements;
-  datasets::Scan scan;
-  const auto shape = [&](std::size_t i) {
-    read(i, scan);
-    return std::make_shared<const ScanShape>(scan, kShapePoints);
-  };
-  for (const auto& [i, j] : PairChoice(track).choose()) {
-    const Pose given = track.pose(i).inverse() * track.pose(j);
-    if (skips(i, j) || !given.is_finite()) continue;
-    if (given.translation.norm() < kStands_m && turn_deg(given) < kStands_deg) continue;
-    const ScanPair pair(i, shape(i), j, shape(j));
-    if (!pair.is_informative()) continue;
-    merge::RegistrationResult found = pair.registration(given);
-    double agreement = pair.agreement(found.T_target_source);
-    const Pose correction = given.inverse() * found.T_target_source;
-    if (correction.translation.norm() > kStands_m || turn_deg(correction) > kStands_deg) {
-      const merge::RegistrationResult other = pair.registration(Pose());
-      const double agrees = pair.agreement(other.T_target_source);
-      if (agrees > agreement) {
-        found = other;
-        agreement = agrees;
-      }
-    }
-    if (found.condition < kInTunnel || agreement < pair.agreement(Pose()) + kUnmoved) continue;
-    motions.push_back({track.stamp_ns(i), track.stamp_ns(j), found.T_target_source});
-    agreements.push_back(agreement);
-  }
-  if (motions.empty()) return motions;
-  std::vector<double> ordered = agreements;
-  const double usual = median(std::span(ordered));
-  std::size_t kept = 0;
-  for (std::size_t k = 0; k < motions.size(); ++k) {
-    if (agreements[k] >= kAgreesWell * usual) motions[kept++] = motions[k];
-  }
-  motions.resize(kept);
-  return motions;
-}
-
-namespace {
-
-std::string remedies_of(const MotionMistake& mistake) {
-  std::string all;
-  for (const std::string& remedy : mistake.remedies) all += (all.empty() ? "" : " -- or ") + remedy;
-  return all;
-}
-
-}  // namespace
-
-Finding check_motion_mistake(const MotionMistake& mistake) {
-  Finding finding{"motion", Severity::kFine, 0.0, {}, {}};
-  if (mistake.remedies.empty()) return finding;
-  finding.severity = mistake.is_better_than_delay ? Severity::kWrong : Severity::kSuspicious;
-  finding.message = "the scans move otherwise than the poses say: " + remedies_of(mistake);
-  if (!mistake.is_better_than_delay) finding.message += " -- or the poses are late or early";
-  return finding;
-}
-
-Finding check_mount(const Calibration& found, const std::optional<Pose>& T_base_lidar) {
-  Finding finding{"mount", Severity::kFine, 0.0, "degrees", {}};
-  if (found.motions == 0) return finding;
-  struct Part {
-    const char* name;
-    const char* unit;
-    const Estimate* estimate;
-    double said;
-    double refused;
-    double surely = 4.0;
-  };
-  // Refused is what costs five points of static accuracy (VLP-16, town, seed 2).
-  const std::array<Part, 6> parts = {{{"yaw", "degrees", &found.yaw_deg, kSaid_deg, 1.2},
-                                      {"pitch", "degrees", &found.pitch_deg, kSaid_deg, 1.8},
-                                      {"roll", "degrees", &found.roll_deg, kSaidRoll_deg, 2.8},
-                                      {"x", "m", &found.x_m, kSaid_m, 0.75},
-                                      {"y", "m", &found.y_m, kSaid_m, 0.75},
-                                      {"z", "m", &found.z_m, kSaid_m, 0.75, kMoreSurely}}};
-  std::string off;
-  for (const Part& part : parts) {
-    const Estimate& e = *part.estimate;
-    if (!e.is_surely_beyond(part.said, part.surely)) continue;
-    off += text("%s%s by %.2f %s (standard deviation %.2f)", off.empty() ? "" : ", ", part.name,
-                e.value, part.unit, e.sigma);
-    if (off.find(',') == std::string::npos) {
-      finding.figure = e.value;
-      finding.unit = part.unit;
-    }
-    const bool refuses = e.is_surely_beyond(part.refused, part.surely);
-    finding.severity =
-        refuses || finding.severity == Severity::kWrong ? Severity::kWrong : Severity::kSuspicious;
-  }
-  if (finding.severity == Severity::kFine) return finding;
-  finding.message =
-      "the scans move as if the LiDAR were mounted otherwise than the poses say, " + off + ": " +
-      (T_base_lidar ? "give --extrinsic " + extrinsic_text(*T_base_lidar * found.sure_mount())
-                    : "correct the recording's own mount, behind it, by " +
-                          extrinsic_text(found.sure_mount())) +
-      ", or give --extrinsic auto";
-  return finding;
-}
-
 double gained_agreement(const Track& track, std::span<const ScanPair> pairs, double delay_s) {
   const GivenMotion given(track);
   double gained = 0.0;
@@ -646,45 +458,6 @@ void leave_out_unseen_delay(Estimate& delay_s, double gained) {
   // delay gains nothing either, and is not said.
   if (gained > 0.0) return;
   delay_s.sigma = std::max(delay_s.sigma, std::fabs(delay_s.value));
-}
-
-Finding check_clock_step(const std::optional<ClockStep>& step, double time_offset_s) {
-  Finding finding{"clock", Severity::kFine, 0.0, "s", {}};
-  if (!step || !step->is_sure) return finding;
-  finding.severity = Severity::kWrong;
-  finding.figure = step->after_s - step->before_s;
-  finding.message = text(
-      "the clock of the scans steps by %.2f s against that of the poses near scan %zu (counted "
-      "from 0): poses are %+.2f s late before it and %+.2f s after it; split the recording at the "
-      "step, and give the parts --time-offset %.2f and %.2f",
-      finding.figure, step->scan, step->before_s, step->after_s, time_offset_s - step->before_s,
-      time_offset_s - step->after_s);
-  return finding;
-}
-
-Finding check_time(const Calibration& found, double time_offset_s, const MotionMistake& mistake,
-                   const std::optional<ClockStep>& step) {
-  constexpr double kRefused_s = 0.08;
-  Finding finding{"time", Severity::kFine, found.delay_s.value, "s", {}};
-  const double delay_s = found.sure_delay_s();
-  if (delay_s == 0.0) return finding;
-  finding.severity =
-      found.delay_s.is_surely_beyond(kRefused_s) ? Severity::kWrong : Severity::kSuspicious;
-  finding.message = text(
-      "the poses are %.2f s %s against the scans (standard deviation %.3f s): give --time-offset "
-      "%.3f, which is added to their stamps, or --time-offset auto; or give each scan the pose of "
-      "its own stamp",
-      std::fabs(delay_s), delay_s > 0.0 ? "late" : "early", found.delay_s.sigma,
-      time_offset_s - delay_s);
-  if (!mistake.remedies.empty()) {
-    finding.message += "; the motions fit as well if " + remedies_of(mistake);
-  }
-  if (step) {
-    finding.message +=
-        text("; if a clock stepped near scan %zu (counted from 0), split the recording there",
-             step->scan);
-  }
-  return finding;
 }
 
 }  // namespace unimapper::input

@@ -2,26 +2,27 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "ports/datasets/dataset.hpp"
 #include "src/input/agreement.hpp"
-#include "src/input/finding.hpp"
 #include "src/input/pose_mistakes.hpp"
+#include "src/input/registered_motion.hpp"
 #include "src/input/stamps.hpp"
 #include "unimapper/core/pose.hpp"
 
 namespace unimapper::input {
 
-/// Motion between two scans, as their registration found it.
-struct RegisteredMotion {
-  std::int64_t first_ns = 0;   ///< stamps of the scans
-  std::int64_t second_ns = 0;  ///< later
-  Pose T_first_second;
-};
+/// Standard deviations from which a delay or a height counts: drift along a straight road looks
+/// like a delay and sway on the level like a height, and more surely than they are.
+inline constexpr double kMoreSurely = 8.0;
+/// Angles from which an error of the mount is said, and corrected where asked for; degrees.
+inline constexpr double kSaid_deg = 0.7;
+/// Roll from which it is said: it shows in slight tilts of turns alone; degrees.
+inline constexpr double kSaidRoll_deg = 1.5;
+/// Lever arms from which an error is said; metres.
+inline constexpr double kSaid_m = 0.35;
 
 /// A value with its standard deviation.
 struct Estimate {
@@ -89,13 +90,6 @@ struct ClockStep {
 [[nodiscard]] std::optional<ClockStep> find_clock_step(const Track& track,
                                                        std::span<const RegisteredMotion> motions);
 
-/// Registers up to forty pairs of scans where the sensor moves far, turns or changes its speed, and
-/// keeps what can be trusted: scans that agree well, and no tunnels. `skips(i, j)`: no pose between
-/// these is right. `read` fills a scan. About 30 ms a pair.
-[[nodiscard]] std::vector<RegisteredMotion> register_motions(
-    const Track& track, const std::function<bool(std::size_t, std::size_t)>& skips,
-    const std::function<void(std::size_t, datasets::Scan&)>& read);
-
 /// How much more the scans of pairs agree under poses that are taken `delay_s` later than under the
 /// given ones: the mean over pairs that tell and have such poses; 0 without any. About 1 ms a pair.
 [[nodiscard]] double gained_agreement(const Track& track, std::span<const ScanPair> pairs,
@@ -104,24 +98,5 @@ struct ClockStep {
 /// A delay with which the scans do not agree better than without it is none: it becomes as
 /// uncertain as it is long.
 void leave_out_unseen_delay(Estimate& delay_s, double gained);
-
-/// A mount that is off: wrong where it costs static points, suspicious from 0.7 degrees (roll 1.5)
-/// or 0.35 m on. `T_base_lidar` is the mount that the given poses have already; empty: one that
-/// cannot be named, as of a bag's transforms, which an option would replace.
-[[nodiscard]] Finding check_mount(const Calibration& found,
-                                  const std::optional<Pose>& T_base_lidar);
-
-/// A mistake that was found: wrong. Says so if a delay would explain the motions, too.
-[[nodiscard]] Finding check_motion_mistake(const MotionMistake& mistake);
-
-/// A clock that surely steps: wrong. `time_offset_s` is already added to the stamps of the poses.
-[[nodiscard]] Finding check_clock_step(const std::optional<ClockStep>& step, double time_offset_s);
-
-/// Poses that are late or early by more than half a scan: half a scan is what sweeps look like that
-/// are not compensated and stamped at an end. `time_offset_s` is already added to
-/// their stamps. A `mistake` that explains the motions as well is named, and so is a likely `step`.
-[[nodiscard]] Finding check_time(const Calibration& found, double time_offset_s,
-                                 const MotionMistake& mistake = {},
-                                 const std::optional<ClockStep>& step = {});
 
 }  // namespace unimapper::input

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "src/input/calibration_findings.hpp"
+
 namespace unimapper::input {
 namespace {
 

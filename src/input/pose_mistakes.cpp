@@ -88,8 +88,7 @@ const std::vector<NamedAxes>& named_axes() {
        "them, or give --extrinsic 0,0,0,180,0,0"},
       {"left-handed", matrix({1, 0, 0, 0, -1, 0, 0, 0, 1}),
        "poses and points differ in handedness, mirrored along y (to the right in one, to the left "
-       "in "
-       "the other); negate y in one of them"},
+       "in the other); negate y in one of them"},
       {"mirrored x", matrix({-1, 0, 0, 0, 1, 0, 0, 0, 1}),
        "poses and points differ in handedness, mirrored along x (ahead in one, behind in the "
        "other); negate x in one of them"},

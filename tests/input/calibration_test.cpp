@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "src/input/calibration_findings.hpp"
 #include "src/input/extrinsic.hpp"
 
 using namespace unimapper;

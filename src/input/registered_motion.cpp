@@ -1,0 +1,130 @@
+// Choice and registration of pairs of scans that show how the sensor moved
+#include "src/input/registered_motion.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "src/core/quantile.hpp"
+#include "src/input/agreement.hpp"
+
+namespace unimapper::input {
+namespace {
+
+constexpr std::size_t kCalibrationPairs = 40;
+constexpr std::size_t kShapePoints = 2'000;
+
+double turn_deg(const Pose& pose) { return rotation_angle(pose.rotation) * kDegreesPerRadian; }
+
+class PairChoice {
+ public:
+  explicit PairChoice(const Track& track) : track_(track) {}
+
+  /// Two for each part of the track: one that moves far, one that turns or changes its speed most.
+  [[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> choose() const {
+    std::vector<std::pair<std::size_t, std::size_t>> pairs;
+    // Poses of other times are needed on both sides.
+    const std::size_t margin = std::clamp<std::size_t>(track_.size / 8, 1, 10);
+    if (track_.size < 2 * margin + 4) return pairs;
+    const std::size_t begin = margin;
+    const std::size_t size = track_.size - 2 * margin - 1;
+    const std::size_t parts = std::min(kCalibrationPairs / 2, size / 2);
+    for (std::size_t s = 0; s < parts; ++s) {
+      const std::size_t from = begin + s * size / parts;
+      const std::size_t to = begin + (s + 1) * size / parts;
+      pairs.emplace_back(from, partner(from, begin + size));
+      std::size_t liveliest = from;
+      double most = -1.0;
+      const std::size_t step = std::max<std::size_t>(1, (to - from) / 6);
+      for (std::size_t i = from; i < to; i += step) {
+        const double value = liveliness(i, std::min(i + 6, begin + size));
+        if (value <= most) continue;
+        most = value;
+        liveliest = i;
+      }
+      const std::pair<std::size_t, std::size_t> lively{liveliest,
+                                                       std::min(liveliest + 6, begin + size)};
+      if (lively != pairs.back()) pairs.push_back(lively);
+    }
+    return pairs;
+  }
+
+ private:
+  [[nodiscard]] Pose motion(std::size_t i, std::size_t j) const {
+    return track_.pose(i).inverse() * track_.pose(j);
+  }
+
+  [[nodiscard]] std::size_t partner(std::size_t i, std::size_t last) const {
+    constexpr std::size_t kMostScans = 20;
+    constexpr double kFar_m = 4.0;
+    constexpr double kTurned_deg = 20.0;
+    std::size_t j = i + 1;
+    for (; j < std::min(i + kMostScans, last); ++j) {
+      const Pose moved = motion(i, j);
+      if (moved.translation.norm() >= kFar_m || turn_deg(moved) >= kTurned_deg) break;
+    }
+    return j;
+  }
+
+  /// Degrees that it turns, and that its motion changes by, for a metre at five metres away.
+  [[nodiscard]] double liveliness(std::size_t i, std::size_t j) const {
+    const Pose change = motion(i - 1, i).inverse() * motion(j - 1, j);
+    constexpr double kPerMetre_deg = 12.0;
+    constexpr double kScans = 5.0;
+    return turn_deg(motion(i, j)) +
+           kScans * (turn_deg(change) + kPerMetre_deg * change.translation.norm());
+  }
+
+  const Track& track_;
+};
+
+}  // namespace
+
+std::vector<RegisteredMotion> register_motions(
+    const Track& track, const std::function<bool(std::size_t, std::size_t)>& skips,
+    const std::function<void(std::size_t, datasets::Scan&)>& read) {
+  constexpr double kInTunnel = 0.03;    // condition; tunnels have no more
+  constexpr double kUnmoved = 0.05;     // agreement; rings of a sparse sensor
+  constexpr double kAgreesWell = 0.85;  // agreement, against the median
+  constexpr double kStands_m = 0.3;
+  constexpr double kStands_deg = 2.0;
+  std::vector<RegisteredMotion> motions;
+  std::vector<double> agreements;
+  datasets::Scan scan;
+  const auto shape = [&](std::size_t i) {
+    read(i, scan);
+    return std::make_shared<const ScanShape>(scan, kShapePoints);
+  };
+  for (const auto& [i, j] : PairChoice(track).choose()) {
+    const Pose given = track.pose(i).inverse() * track.pose(j);
+    if (skips(i, j) || !given.is_finite()) continue;
+    if (given.translation.norm() < kStands_m && turn_deg(given) < kStands_deg) continue;
+    const ScanPair pair(i, shape(i), j, shape(j));
+    if (!pair.is_informative()) continue;
+    merge::RegistrationResult found = pair.registration(given);
+    double agreement = pair.agreement(found.T_target_source);
+    const Pose correction = given.inverse() * found.T_target_source;
+    if (correction.translation.norm() > kStands_m || turn_deg(correction) > kStands_deg) {
+      const merge::RegistrationResult other = pair.registration(Pose());
+      const double agrees = pair.agreement(other.T_target_source);
+      if (agrees > agreement) {
+        found = other;
+        agreement = agrees;
+      }
+    }
+    if (found.condition < kInTunnel || agreement < pair.agreement(Pose()) + kUnmoved) continue;
+    motions.push_back({track.stamp_ns(i), track.stamp_ns(j), found.T_target_source});
+    agreements.push_back(agreement);
+  }
+  if (motions.empty()) return motions;
+  std::vector<double> ordered = agreements;
+  const double usual = median(std::span(ordered));
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < motions.size(); ++k) {
+    if (agreements[k] >= kAgreesWell * usual) motions[kept++] = motions[k];
+  }
+  motions.resize(kept);
+  return motions;
+}
+
+}  // namespace unimapper::input
