@@ -76,7 +76,8 @@ struct Scan {
   /// Adds the time of the next point, which counts from `zero`.
   void add_time(double time, double zero, double seconds_per_unit, bool is_of_sweep) {
     seconds_per_time_unit = seconds_per_unit;
-    time_s.push_back(is_of_sweep ? static_cast<float>((time - zero) * seconds_per_unit) : 0.0F);
+    const float before_s = time_s.empty() ? 0.0F : time_s.back();
+    time_s.push_back(is_of_sweep ? static_cast<float>((time - zero) * seconds_per_unit) : before_s);
     points_without_time += is_of_sweep ? 0 : 1;
   }
   /// The points where they lie, valid as long as `points` does not change.

@@ -119,12 +119,8 @@ void ScanBuilder::finish() {
   if (!clock) return;
   const double origin = clock->zero == PointClock::Zero::kStamp ? 0.0 : range.least;
   scan_.time_s.reserve(times_.size());
-  float last_s = 0.0F;
   for (const double time : times_) {
     scan_.add_time(time, origin, clock->seconds_per_unit, range.contains(time));
-    // Files have points in the order of time, as drivers give them.
-    if (!range.contains(time)) scan_.time_s.back() = last_s;
-    last_s = scan_.time_s.back();
   }
 }
 

@@ -3,12 +3,11 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "ports/datasets/bag/bag_poses.hpp"
+#include "ports/datasets/bag/bag_walk.hpp"
 #include "ports/datasets/bag/message_source.hpp"
 #include "ports/datasets/bag/messages.hpp"
 #include "ports/datasets/bag/topic_choice.hpp"
@@ -33,224 +32,6 @@ struct PosedScan {
   std::int64_t log_ns;  ///< when it was recorded
   std::int64_t stamp_ns;
   Pose T_odometry_lidar;
-};
-
-/// What the first walk through a bag collects.
-struct Contents {
-  struct ScanStamp {
-    std::size_t number;
-    std::int64_t stamp_ns;
-    std::int64_t log_ns;
-    std::size_t lidar;  ///< index of `lidars`
-  };
-  /// What tells the LiDARs of one topic apart.
-  struct Lidar {
-    std::string frame;
-    std::uint8_t number = 0;  ///< that Livox gives it
-    std::size_t scans = 0;
-  };
-  std::vector<Lidar> lidars;
-  std::vector<ScanStamp> scans;
-  std::string lidar_frame;        ///< of the scans
-  std::size_t without_frame = 0;  ///< scans
-  std::size_t without_stamp = 0;
-  RecordedStamps stamps;  ///< of the scans
-  BagPoses poses;
-  std::size_t unreadable = 0;
-  std::size_t unreadable_scans = 0;  ///< unreadable messages of the scans' topic
-  std::string first_unreadable;
-};
-
-std::string count_text(std::size_t count, const std::string& what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
-}
-
-bool is_transforms(MessageKind kind) { return kind == MessageKind::kTransforms; }
-
-/// Static transforms are published under a name of their own.
-bool is_static_topic(const Topic& topic) { return topic.name.ends_with("tf_static"); }
-
-class BagWalk {
- public:
-  BagWalk(MessageSource& source, std::size_t scan_topic,
-          const std::vector<std::size_t>& pose_topics, bool is_asked_for, std::string wanted_lidar)
-      : source_(source), scan_topic_(scan_topic), wanted_lidar_(std::move(wanted_lidar)) {
-    for (const std::size_t topic : pose_topics) {
-      if (is_transforms(kind_of(source.topics()[topic].type))) continue;
-      PoseTopic& poses = contents_.poses.topics[topic];
-      poses.description = describe(source.topics()[topic]);
-      poses.is_odometry =
-          is_asked_for || kind_of(source.topics()[topic].type) == MessageKind::kOdometry;
-    }
-  }
-
-  Contents walk() {
-    std::vector<std::size_t> topics = find_topics(source_, &is_transforms);
-    topics.push_back(scan_topic_);
-    for (const auto& [topic, poses] : contents_.poses.topics) {
-      if (kind_of(source_.topics()[topic].type) == MessageKind::kPath) {
-        take_path(topic);
-      } else {
-        topics.push_back(topic);
-      }
-    }
-    for_each_message(source_, topics, [this](std::size_t topic, std::size_t number) {
-      try {
-        take(topic, number);
-      } catch (const DatasetError& error) {
-        count_unreadable(topic, number, error);
-      }
-    });
-    choose_lidar();
-    contents_.stamps = check_stamps_of(contents_.scans);
-    contents_.poses.finish(contents_.stamps);
-    return std::move(contents_);
-  }
-
- private:
-  void take(std::size_t number_of_topic, std::size_t number) {
-    const Topic& topic = source_.topics()[number_of_topic];
-    const MessagePlace& place = source_.messages(number_of_topic)[number];
-    if (number_of_topic == scan_topic_) {
-      take_scan(source_.read(place, kHeaderBytes), number, place.log_time_ns);
-      return;
-    }
-    const auto found = contents_.poses.topics.find(number_of_topic);
-    PoseTopic* poses = found == contents_.poses.topics.end() ? nullptr : &found->second;
-    for (const PoseMessage& message :
-         decode_poses(source_.read(place), topic.serialization, kind_of(topic.type))) {
-      contents_.poses.add(message, poses, is_static_topic(topic), place.log_time_ns);
-    }
-  }
-
-  /// A path holds all poses so far, or the last ones: its last message counts, and of those before
-  /// it what they reach further back.
-  void take_path(std::size_t topic) {
-    const auto& places = source_.messages(topic);
-    std::vector<PoseMessage> poses;
-    std::int64_t first_ns = INT64_MAX;
-    std::optional<double> lag_ns;  // of recording; the recorder may have another clock
-    for (std::size_t i = places.size(); i-- > 0;) {
-      // The poses of later messages are known.
-      const auto before_ns = i > 0 ? static_cast<double>(places[i - 1].log_time_ns) : 0.0;
-      if (i > 0 && lag_ns && before_ns - *lag_ns >= static_cast<double>(first_ns)) continue;
-      std::vector<PoseMessage> path;
-      try {
-        path = decode_poses(source_.read(places[i]), source_.topics()[topic].serialization,
-                            MessageKind::kPath);
-      } catch (const DatasetError& error) {
-        count_unreadable(topic, i, error);
-      }
-      for (const PoseMessage& pose : path) {
-        const double lag =
-            static_cast<double>(places[i].log_time_ns) - static_cast<double>(pose.header.stamp_ns);
-        // That of the newest pose.
-        if (first_ns == INT64_MAX) lag_ns = std::min(lag_ns.value_or(lag), lag);
-      }
-      std::erase_if(path, [&](const auto& pose) { return pose.header.stamp_ns >= first_ns; });
-      poses.insert(poses.end(), path.begin(), path.end());
-      for (const PoseMessage& pose : path) first_ns = std::min(first_ns, pose.header.stamp_ns);
-    }
-    std::stable_sort(poses.begin(), poses.end(), [](const PoseMessage& a, const PoseMessage& b) {
-      return a.header.stamp_ns < b.header.stamp_ns;
-    });
-    PoseTopic& taken = contents_.poses.topics.at(topic);
-    taken.is_path = true;
-    for (const PoseMessage& pose : poses) {
-      contents_.poses.add(pose, &taken, false, pose.header.stamp_ns);
-    }
-  }
-
-  void count_unreadable(std::size_t topic, std::size_t number, const DatasetError& error) {
-    if (topic == scan_topic_) ++contents_.unreadable_scans;
-    if (contents_.unreadable++ > 0) return;
-    contents_.first_unreadable =
-        source_.topics()[topic].name + " message " + std::to_string(number) + ": " + error.what();
-  }
-
-  void take_scan(std::string_view bytes, std::size_t number, std::int64_t log_time_ns) {
-    const Topic& topic = source_.topics()[scan_topic_];
-    const MessageHeader header = decode_header(bytes, topic.serialization);
-    const std::uint8_t lidar = decode_lidar_number(bytes, topic.serialization, kind_of(topic.type));
-    auto& lidars = contents_.lidars;
-    const auto found = std::find_if(lidars.begin(), lidars.end(), [&](const auto& known) {
-      return known.frame == header.frame && known.number == lidar;
-    });
-    const auto index = static_cast<std::size_t>(found - lidars.begin());
-    if (found == lidars.end()) lidars.push_back({header.frame, lidar, 0});
-    ++lidars[index].scans;
-    contents_.scans.push_back(
-        {number, header.stamp_ns != 0 ? header.stamp_ns : log_time_ns, log_time_ns, index});
-    if (header.stamp_ns == 0) ++contents_.without_stamp;
-  }
-
-  /// Keeps the scans of one LiDAR: the one that is wanted, or the only one.
-  void choose_lidar() {
-    const auto& lidars = contents_.lidars;
-    std::vector<std::size_t> order(lidars.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    // The others are added to the one with most scans.
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return lidars[a].scans > lidars[b].scans;
-    });
-    std::vector<std::string> names;
-    std::string list;
-    std::vector<bool> is_chosen(lidars.size());
-    for (const std::size_t index : order) {
-      const Contents::Lidar& lidar = lidars[index];
-      const auto of_frame = std::count_if(lidars.begin(), lidars.end(), [&](const auto& other) {
-        return other.frame == lidar.frame;
-      });
-      const std::string name =
-          lidar.frame + (of_frame > 1 ? "#" + std::to_string(lidar.number) : std::string());
-      is_chosen[index] = wanted_lidar_.empty() || name == wanted_lidar_;
-      list +=
-          (list.empty() ? "'" : ", '") + name + "' (" + count_text(lidar.scans, "message") + ")";
-      // A message that does not say is of the others' LiDAR.
-      if (lidar.frame.empty() && static_cast<std::size_t>(of_frame) < lidars.size()) continue;
-      names.push_back(source_.topics()[scan_topic_].name + "@" + name);
-    }
-    if (!wanted_lidar_.empty() &&
-        std::find(is_chosen.begin(), is_chosen.end(), true) == is_chosen.end()) {
-      throw DatasetError(source_.topics()[scan_topic_].name + " holds no scans of '" +
-                         wanted_lidar_ + "'; there are " + list);
-    }
-    if (wanted_lidar_.empty() && names.size() > 1) fail_several(names, list);
-    std::vector<Contents::ScanStamp> scans;
-    for (const Contents::ScanStamp& scan : contents_.scans) {
-      if (!is_chosen[scan.lidar]) continue;
-      const std::string& frame = lidars[scan.lidar].frame;
-      if (!frame.empty()) contents_.lidar_frame = frame;
-      contents_.without_frame += frame.empty() ? 1 : 0;
-      scans.push_back(scan);
-    }
-    contents_.scans = std::move(scans);
-  }
-
-  [[noreturn]] void fail_several(const std::vector<std::string>& names,
-                                 const std::string& list) const {
-    std::string all;
-    for (const std::string& name : names) all += (all.empty() ? "" : ",") + name;
-    const std::string message = source_.topics()[scan_topic_].name +
-                                " holds the scans of several LiDARs, or of one whose "
-                                "frame changes its name: " +
-                                list +
-                                "; let one LiDAR keep one name, or choose one with --topic " +
-                                names.front() + ", or all as one with --topic " + all +
-                                " and --extrinsic x,y,z,roll,pitch,yaw once for each";
-    std::set<std::string> frames;
-    for (const Contents::Lidar& lidar : contents_.lidars) frames.insert(lidar.frame);
-    frames.erase(std::string());
-    if (frames.size() < names.size()) {
-      throw DatasetError(message + "; they share a frame, so transforms do not tell where each is");
-    }
-    throw SeveralLidarsError(message, names);
-  }
-
-  MessageSource& source_;
-  std::size_t scan_topic_;
-  std::string wanted_lidar_;  // empty: there is one only
-  Contents contents_;
 };
 
 /// Poses of a pose file that another program made from this bag: those of the LiDAR itself.
@@ -342,7 +123,7 @@ class BagDataset final : public Dataset {
       pose_topics = choose_pose_topics(*source_, options.odometry_topic);
     }
     Contents contents =
-        BagWalk(*source_, topic_, pose_topics, !options.odometry_topic.empty(), lidar_).walk();
+        walk_bag(*source_, topic_, pose_topics, !options.odometry_topic.empty(), lidar_);
     poses_ = std::move(contents.poses);
     note_contents(contents);
     constexpr std::size_t kMostShare = 10;
@@ -463,8 +244,7 @@ class BagDataset final : public Dataset {
 
   /// Of poses whose frames are named the wrong way round: are their values so, too?
   void choose_reading(const std::vector<Contents::ScanStamp>& scans) {
-    const double as_given = thickness_of_surfaces(scans, lidar_poses_.at);
-    const double inverted = thickness_of_surfaces(scans, lidar_poses_.inverted);
+    const auto [as_given, inverted] = thickness_of_surfaces(scans, lidar_poses_.inverted);
     if (inverted < as_given) lidar_poses_.at = lidar_poses_.inverted;
     const char* outcome =
         inverted < as_given   ? "poses are inverted, by which the surfaces are thinner"
@@ -491,8 +271,7 @@ class BagDataset final : public Dataset {
       const auto pose = lidar_poses_.at(stamp_ns);
       return pose ? std::optional<Pose>(*pose * twice.inverse()) : std::nullopt;
     };
-    const double as_given = thickness_of_surfaces(scans, lidar_poses_.at, kMostPoints) / 3.0;
-    const double otherwise = thickness_of_surfaces(scans, inverted, kMostPoints) / 3.0;
+    const auto [as_given, otherwise] = thickness_of_surfaces(scans, inverted, kMostPoints);
     if (otherwise > as_given - kClearly) return;
     notes_.push_back({"the transform to the LiDAR looks inverted: by its inverse surfaces are " +
                           std::to_string(static_cast<int>(
@@ -501,21 +280,22 @@ class BagDataset final : public Dataset {
                       true, true});
   }
 
-  /// Logarithm, summed over three windows of scans; of about `most_points` of every second one,
-  /// where that is given.
-  [[nodiscard]] double thickness_of_surfaces(
+  /// Logarithms by the poses as they are and by `other` ones, means over three windows of scans; of
+  /// about `most_points` of every second one, where that is given.
+  [[nodiscard]] std::array<double, 2> thickness_of_surfaces(
       const std::vector<Contents::ScanStamp>& scans,
-      const std::function<std::optional<Pose>(std::int64_t)>& pose_at,
+      const std::function<std::optional<Pose>(std::int64_t)>& other,
       std::size_t most_points = SIZE_MAX) const {
     constexpr std::size_t kScans = 15;
-    double sum = 0.0;
+    const std::size_t apart = most_points == SIZE_MAX ? 1 : 2;
+    std::array<double, 2> mean = {};
     for (const std::size_t quarter : {1U, 2U, 3U}) {
-      SurfaceThickness surfaces;
+      std::array<SurfaceThickness, 2> surfaces;
       const std::size_t first = scans.size() * quarter / 4;
-      const std::size_t apart = most_points == SIZE_MAX ? 1 : 2;
       for (std::size_t i = first; i < std::min(first + kScans, scans.size()); i += apart) {
-        const auto T_odometry_lidar = pose_at(scans[i].stamp_ns);
-        if (!T_odometry_lidar) continue;
+        const std::array<std::optional<Pose>, 2> poses = {lidar_poses_.at(scans[i].stamp_ns),
+                                                          other(scans[i].stamp_ns)};
+        if (!poses[0] && !poses[1]) continue;
         Scan scan;
         try {
           decode_scan(message(scans[i].number), topic().serialization, kind_of(topic().type),
@@ -523,18 +303,26 @@ class BagDataset final : public Dataset {
         } catch (const DatasetError&) {
           continue;  // counted where it is mapped
         }
-        surfaces.begin_scan();
         const std::size_t step = 1 + scan.points.size() / most_points;
-        for (std::size_t k = i % step; k < scan.points.size(); k += step) {
-          const Scan::Point& p = scan.points[k];
-          const Eigen::Vector3d point(p.x, p.y, p.z);
-          constexpr double kFar_m = 40.0;
-          if (point.norm() < kFar_m) surfaces.add(*T_odometry_lidar * point);
+        for (std::size_t k = 0; k < poses.size(); ++k) {
+          if (poses[k]) add_scan(scan, *poses[k], i % step, step, surfaces[k]);
         }
       }
-      sum += surfaces.log_thickness();
+      for (std::size_t k = 0; k < mean.size(); ++k) mean[k] += surfaces[k].log_thickness() / 3.0;
     }
-    return sum;
+    return mean;
+  }
+
+  /// Adds every `step`th point of a scan from `first` on.
+  static void add_scan(const Scan& scan, const Pose& T_odometry_lidar, std::size_t first,
+                       std::size_t step, SurfaceThickness& surfaces) {
+    constexpr double kFar_m = 40.0;
+    surfaces.begin_scan();
+    for (std::size_t k = first; k < scan.points.size(); k += step) {
+      const Scan::Point& p = scan.points[k];
+      const Eigen::Vector3d point(p.x, p.y, p.z);
+      if (point.norm() < kFar_m) surfaces.add(T_odometry_lidar * point);
+    }
   }
 
   void pose_scans(std::vector<Contents::ScanStamp> scans) {

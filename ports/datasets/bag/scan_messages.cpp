@@ -358,7 +358,6 @@ std::size_t decode_scan(std::string_view bytes, Serialization serialization, Mes
   const double beside = sweep.is_among_others ? 0.0 : sweep.span();
   const TimeRange wide{sweep.least - beside, sweep.greatest + beside, sweep.unset};
   const bool has_rows = layout.laser_rows > 0 && layout.laser_rows == cloud.height;
-  float last_s = 0.0F;
   scan.reset(0);
   return for_each_return(cloud, fields,
                          [&](const Scan::Point& point, const char* at, std::size_t row) {
@@ -366,9 +365,6 @@ std::size_t decode_scan(std::string_view bytes, Serialization serialization, Mes
                            if (has_time) {
                              const double time = fields.time(at);
                              scan.add_time(time, zero, clock.seconds_per_unit, wide.contains(time));
-                             // Drivers give points in the order of time.
-                             if (!wide.contains(time)) scan.time_s.back() = last_s;
-                             last_s = scan.time_s.back();
                            }
                            if (fields.ring) {
                              scan.ring.push_back(ring_number(fields.ring(at)));
