@@ -41,6 +41,11 @@ double distance_m(const datasets::Dataset& a, const datasets::Dataset& b) {
   return std::sqrt(sum / static_cast<double>(count));
 }
 
+double accuracy(const fs::path& truth, const fs::path& run) {
+  const Words evaluate = {"evaluate", "dynamic", "--truth", truth, "--run", run};
+  return nlohmann::json::parse(run_well(evaluate).out)["AA"];
+}
+
 }  // namespace
 
 TEST_CASE("bags of a drive hold the scans and poses of its folder") {
@@ -65,4 +70,31 @@ TEST_CASE("bags of a drive hold the scans and poses of its folder") {
     as_recorded.deskew = datasets::Deskew::kOff;
     CHECK(distance_m(*datasets::open_dataset(folder / bag, as_recorded), *expected) > 0.2);
   }
+}
+
+TEST_CASE("the map of a bag is that of its folder", "[slow]") {
+  const TemporaryDirectory directory;
+  const auto folder = directory / "drive";
+  simulate_drive(folder);
+  const auto run = [&](const fs::path& input, const std::string& name, const Words& options) {
+    const fs::path out = directory / name;
+    (void)run_well({"onboard", input, "--out", out}, options);
+    return out;
+  };
+  const auto of_folder = run(folder, "of_folder", {});
+  // The folder names its sensor.
+  const auto of_bag = run(folder / "drive.mcap", "of_bag", {});
+  const auto of_raw =
+      run(folder / "drive.mcap", "of_raw", {"--sensor", "vlp-16", "--deskew", "off"});
+  CHECK(read_json(of_bag / "stats.json")["keyframes"] ==
+        read_json(of_folder / "stats.json")["keyframes"]);
+  const LabelPairs labels = label_pairs(of_folder, of_bag);
+  const double share = static_cast<double>(labels.equal) / static_cast<double>(labels.all);
+  const double aa_folder = accuracy(folder, of_folder);
+  const double aa_bag = accuracy(folder, of_bag);
+  WARN("AA of the folder " << aa_folder << " %, of the bag " << aa_bag << " %, not de-skewed "
+                           << accuracy(folder, of_raw) << " %; " << 100.0 * share
+                           << " % of the labels are equal");
+  CHECK(share > 0.99);
+  CHECK(aa_bag > aa_folder - 2.0);
 }

@@ -63,6 +63,13 @@ until_told)
   # Nothing changed in between: no line is printed twice.
   [ -z "$(uniq -d "$directory/out")" ] || fail "a line twice"
   ;;
+number_of_sessions)
+  start --sessions 1
+  publish alpha 5 0
+  wait $sender
+  wait $base || fail "the base ended with $?"
+  holds 'alpha: .* 5 keyframes .* 0 missing, ended'
+  ;;
 killed)
   # Three times while a robot publishes: it sends again what was not acknowledged.
   publish alpha 60 40

@@ -4,7 +4,11 @@
 // no basis for a comparison.
 #include "bench/places/std_baseline.hpp"
 
-#include "tests/test.hpp"
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <random>
 
 using namespace unimapper;
 using namespace unimapper::bench;
@@ -125,6 +129,16 @@ bool finds(const StdPlace& query, const StdPlace& stored, StdConfig config = {})
 
 }  // namespace
 
+TEST_CASE("voxels begin below zero and end above, exact negative multiples lie one lower") {
+  const auto cell = [](double x) { return *cell_of({x, 1, 1}, 2.0); };
+  CHECK(cell(0.0) == cell(1.9));
+  CHECK(cell(2.0) == neighbour_cell(cell(0.0), {1, 0, 0}));
+  CHECK(cell(-0.1) == neighbour_cell(cell(0.0), {-1, 0, 0}));
+  CHECK(cell(-2.0) == neighbour_cell(cell(-1.9), {-1, 0, 0}));
+  CHECK_FALSE(cell_of({1e9, 0, 0}, 2.0));
+  CHECK_FALSE(cell_of({0, std::numeric_limits<double>::quiet_NaN(), 0}, 2.0));
+}
+
 TEST_CASE("a voxel of more than ten points on a line is a plane") {
   std::vector<Eigen::Vector3d> pole;
   pole.reserve(11);
@@ -161,6 +175,42 @@ TEST_CASE("a bush becomes a keypoint on the ground below it, with its points cou
   CHECK(first.count < 200.0);
 }
 
+TEST_CASE("points are projected onto similar normals once, whichever voxel claims them") {
+  Park park(1, 0);
+  park.add_bush({5.4F, 9.4F, 2.1F}, 400);  // in four voxels
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(park.cloud().size());
+  for (const Eigen::Vector3f& p : park.cloud()) points.emplace_back(p.cast<double>());
+  StdConfig config;
+  config.segment_pixels = 1;
+  config.corner_min_points = 1;
+  double claimed = 0.0;
+  for (const StdKeypoint& corner : find_corners(find_voxels(points), config)) {
+    claimed += corner.count;
+  }
+  CHECK(claimed == 400.0);
+}
+
+TEST_CASE("counts grow with the number of scans") {
+  const Park park(2, 1);
+  const StdPlace once = describe(park.cloud());
+  const StdPlace twice = describe(park.cloud(), 2);
+  REQUIRE(!once.keypoints.empty());
+  REQUIRE(!twice.keypoints.empty());
+  CHECK(twice.keypoints.front().count == 2.0 * once.keypoints.front().count);
+}
+
+TEST_CASE("a description is the same every time") {
+  const Park park(3);
+  const StdPlace first = describe(park.cloud(), 1, some_pose());
+  const StdPlace second = describe(park.cloud(), 1, some_pose());
+  CHECK(first.keypoints.size() > 20);
+  REQUIRE(first.keypoints.size() == second.keypoints.size());
+  for (std::size_t i = 0; i < first.keypoints.size(); ++i) {
+    CHECK(first.keypoints[i].position == second.keypoints[i].position);
+  }
+}
+
 TEST_CASE("points that are not finite are ignored") {
   const Park park(4);
   Cloud spoilt = park.cloud();
@@ -185,6 +235,31 @@ TEST_CASE("equal neighbours suppress each other, of others the fuller one stays"
   config.max_keypoints = 1;
   CHECK(select_keypoints(corners, config).size() == 1);
   CHECK(select_keypoints({}).empty());
+}
+
+TEST_CASE("triangles are ordered by their sides") {
+  const auto triangles =
+      form_triangles({keypoint({0, 0, 0}, 1), keypoint({8, 0, 0}, 2), keypoint({0, 6, 0}, 3)});
+  REQUIRE(triangles.size() == 1);
+  CHECK(triangles[0].sides.isApprox(Eigen::Vector3d(30, 40, 50)));
+  CHECK(triangles[0].counts == Eigen::Vector3d(1, 3, 2));
+}
+
+TEST_CASE("congruent triangles are stored once, wherever they are") {
+  const StdPlace one = triangle_of(30, 40, 50);
+  const StdPlace far = moved(one, {Eigen::Matrix3d::Identity(), {100, 0, 0}});
+  StdPlace both = one;
+  both.keypoints.insert(both.keypoints.end(), far.keypoints.begin(), far.keypoints.end());
+  CHECK(form_triangles(both.keypoints).size() == 1);
+  StdDatabase database;
+  CHECK(database.insert(both) == 0);
+  CHECK(database.insert(far) == 1);
+}
+
+TEST_CASE("too short and too long sides form no triangles") {
+  CHECK(form_triangles(triangle_of(9, 20, 20).keypoints).empty());
+  CHECK(form_triangles(triangle_of(140, 140, 151).keypoints).empty());
+  CHECK(form_triangles(triangle_of(140, 140, 149).keypoints).size() == 1);
 }
 
 TEST_CASE("fewer keypoints than neighbours are handled") {
@@ -217,6 +292,17 @@ TEST_CASE("sides may differ by a share of the triangle's size") {
   CHECK_FALSE(finds(grown(1.0), grown(0.984)));
 }
 
+TEST_CASE("the hash look-up reaches further down than up") {
+  StdConfig config;
+  config.side_tolerance = 1.0;
+  const StdPlace query = triangle_of(50.9, 60.2, 70.2);
+  CHECK(finds(query, triangle_of(48.9, 60.2, 70.2), config));
+  CHECK(finds(query, triangle_of(51.4, 60.2, 70.2), config));
+  CHECK_FALSE(finds(query, triangle_of(51.6, 60.2, 70.2), config));
+  // A corner cell's centre is too far, though each of its sides would do.
+  CHECK_FALSE(finds(triangle_of(50.9, 60.9, 70.9), triangle_of(48.9, 58.9, 68.9), config));
+}
+
 TEST_CASE("other point density finds nothing unless counts may differ more") {
   const StdPlace query = triangle_of(50, 60, 70, 30.0);
   CHECK(finds(query, triangle_of(50, 60, 70, 49.0)));
@@ -239,6 +325,34 @@ TEST_CASE("too few votes give no candidate, too few agreeing triangles no loop")
   CHECK(is_found(1, 1));
   CHECK_FALSE(is_found(2, 1));
   CHECK_FALSE(is_found(1, 2));
+}
+
+TEST_CASE("ground overlaps with ground, however far away") {
+  StdPlace stored = random_place(41);
+  StdPlace query = stored;
+  stored.planes.clear();
+  query.planes.clear();
+  for (int i = 0; i < 10; ++i) {
+    stored.planes.push_back({{2.0 * i, 0, 0}, Eigen::Vector3d::UnitZ()});
+    query.planes.push_back({{1000.0 + 2.0 * i, 0, 0.4}, -Eigen::Vector3d::UnitZ()});
+  }
+  query.planes.push_back({{0, 0, 1}, Eigen::Vector3d::UnitZ()});  // above
+  query.planes.push_back({{0, 0, 0}, Eigen::Vector3d::UnitX()});  // upright
+  StdDatabase database;
+  database.insert(stored);
+  const auto loop = database.search(query);
+  REQUIRE(loop);
+  CHECK(loop->score == Approx(10.0 / 12.0));
+}
+
+TEST_CASE("a loop is reported however low its score is") {
+  StdPlace query = random_place(51);
+  StdDatabase database;
+  database.insert(query);
+  query.planes.clear();
+  const auto loop = database.search(query);
+  REQUIRE(loop);
+  CHECK(loop->score == 0.0);
 }
 
 TEST_CASE("a scene scanned twice matches itself") {

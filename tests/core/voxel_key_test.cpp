@@ -43,3 +43,16 @@ TEST_CASE("a point lies in the cell whose lower corner is not above it") {
   const VoxelIndex index = voxel_index({-0.01F, 0.39F, 0.41F}, 5.0F);
   CHECK(index == VoxelIndex{-1, 1, 2});
 }
+
+TEST_CASE("one changed bit changes about half of the hash") {
+  double changed = 0.0;
+  int samples = 0;
+  for (std::uint64_t key = 0; key < 200; ++key) {
+    for (unsigned bit = 0; bit < 63; bit += 3) {
+      std::uint64_t difference = mix_bits(key * 7919) ^ mix_bits((key * 7919) ^ (1ULL << bit));
+      for (; difference != 0; difference &= difference - 1) changed += 1.0;
+      ++samples;
+    }
+  }
+  CHECK(changed / samples == Approx(32.0).margin(1.0));
+}

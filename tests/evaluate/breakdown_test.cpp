@@ -39,6 +39,14 @@ TEST_CASE("a breakdown counts the points of all drives together") {
         "| both | – / 66.67 | 75.00 / – | – / – | – / – | – / – | – / – |\n");
 }
 
+TEST_CASE("a breakdown without results is the header of its table") {
+  EvaluateBreakdownOptions options;
+  CHECK_THAT(evaluate_breakdown(options), Contains("| pedestrian | cyclist | car | bus, truck |") &&
+                                              Contains("\n|---|---|---|---|---|\n"));
+  options.by = "range";
+  CHECK_THAT(evaluate_breakdown(options), Contains("| 0-10 m |") && Contains("| 80+ m |"));
+}
+
 TEST_CASE("a breakdown refuses what is no result") {
   TemporaryDirectory folder;
   EvaluateBreakdownOptions options;

@@ -83,6 +83,14 @@ class Drive {
 
 }  // namespace
 
+TEST_CASE("a point's outcome compares the run's label with the truth") {
+  CHECK(outcome_of(kWall, kKept) == Outcome::kKept);
+  CHECK(outcome_of(kWall, kRemoved) == Outcome::kLost);
+  CHECK(outcome_of(kWalker, kRemoved) == Outcome::kRemoved);
+  CHECK(outcome_of(kWalker, kKept) == Outcome::kMissed);
+  CHECK(outcome_of(0, kRemoved) == Outcome::kIgnored);
+}
+
 TEST_CASE("a mistake stays visible under any number of other points") {
   OutcomeRaster raster(3, 1);
   for (const Outcome outcome : {Outcome::kMissed, Outcome::kKept, Outcome::kLost}) {
@@ -95,6 +103,15 @@ TEST_CASE("a mistake stays visible under any number of other points") {
   CHECK(is(image.at(0, 0), kMissedColor));
   CHECK(is(image.at(1, 0), kLostColor));
   CHECK(is(image.at(2, 0), kPictureBackground));
+}
+
+TEST_CASE("kept points are grey, and brighter the higher they are") {
+  OutcomeRaster raster(2, 1);
+  raster.mark(0, 0, 1, 1, Outcome::kKept, 0.2F);
+  raster.mark(1, 0, 1, 1, Outcome::kKept, 0.9F);
+  raster.mark(1, 0, 1, 1, Outcome::kKept, 0.1F);
+  const Image image = raster.paint();
+  CHECK(image.at(0, 0).green < image.at(1, 0).green);
 }
 
 TEST_CASE("the view from above has north up and the sensor in the middle") {

@@ -231,6 +231,19 @@ TEST_CASE("the summary's errors come from one alignment of the central session")
   CHECK(summary.merged_sessions == 3);
 }
 
+TEST_CASE("the summary table lines its columns up") {
+  synthetic::Merge merge;
+  synthetic::fill(merge, 4.0F);
+  const std::string table = summary_table(merge.input);
+  const std::size_t second_line = table.find('\n', 1) + 1;  // an empty one comes first
+  const std::string head = table.substr(1, second_line - 2);
+  const std::string first = table.substr(second_line, table.find('\n', second_line) - second_line);
+  CHECK(head.find("status") == first.find("central"));
+  CHECK(head.find("SA %") + 4 == first.find("98.12") + 5);
+  CHECK_THAT(table, Contains("elsewhere is not connected: 2 loops found"));
+  CHECK_THAT(table, Contains("60 inter-session and 18 intra-session accepted, 30 refused"));
+}
+
 TEST_CASE("the summary names the sessions with keyframes that do not know up") {
   synthetic::Merge merge;
   synthetic::fill(merge, 4.0F);
@@ -339,4 +352,16 @@ TEST_CASE("the picture follows the paths, not far-away returns") {
   CHECK(frame.min_x < -20.0);
   CHECK(frame.min_x + frame.metres_per_pixel * static_cast<double>(frame.width) < 250.0);
   CHECK(std::max(frame.width, frame.height) == 1000);
+}
+
+TEST_CASE("numbers read as people write them") {
+  CHECK(grouped(1234567) == "1\u202f234\u202f567");
+  CHECK(grouped(12) == "12");
+  CHECK(short_count(9999) == "9\u202f999");
+  CHECK(short_count(373597) == "374\u00a0k");
+  CHECK(short_count(2580033) == "2.58\u00a0M");
+  CHECK(length(0.0821) == "0.082\u00a0m");
+  CHECK(length(1250.0) == "1.25\u00a0km");
+  CHECK(fixed(std::nan(""), 2) == "\u2013");
+  CHECK(escaped("<a href=\"x\">&") == "&lt;a href=&quot;x&quot;&gt;&amp;");
 }

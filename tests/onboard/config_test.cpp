@@ -94,6 +94,16 @@ TEST_CASE("the required memory is exact") {
   for (std::size_t i = 0; i < 64; ++i) CHECK(block.data()[bytes + i] == std::byte{0xAB});
 }
 
+TEST_CASE("every cause, stage and capacity has a name") {
+  for (std::size_t i = 0; i < kDropCauses; ++i) {
+    CHECK(drop_cause_name(static_cast<DropCause>(i)) != "unknown");
+  }
+  for (std::size_t i = 0; i < kStages; ++i) CHECK(stage_name(static_cast<Stage>(i)) != "unknown");
+  for (std::size_t i = 0; i < kCapacities; ++i) {
+    CHECK(capacity_name(static_cast<Capacity>(i)) != "unknown");
+  }
+}
+
 TEST_CASE("stage times are taken with the caller's clock, or not at all") {
   PipelineConfig config = small_config();
   const Scene scene;

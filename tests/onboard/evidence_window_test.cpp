@@ -8,6 +8,15 @@ using namespace unimapper;
 using namespace unimapper::onboard;
 using namespace unimapper::test;
 
+TEST_CASE("the window of ten keyframes of the densest sensor fits 64 MB") {
+  const PipelineConfig config = preset(SensorKind::kOs2_128);
+  REQUIRE(config.removal.window == 10);
+  Arena measuring = Arena::measuring();
+  auto window = std::make_unique<EvidenceWindow>();
+  window->allocate(measuring, config);
+  CHECK(measuring.used() <= 64'000'000);
+}
+
 TEST_CASE("a range image keeps the smallest range around each pixel and nothing elsewhere") {
   Stages stages;
   std::vector<Eigen::Vector3f> points;

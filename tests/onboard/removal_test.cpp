@@ -191,6 +191,19 @@ TEST_CASE("the static cells lie in the levelled frame of the reference scan") {
   CHECK(ground > 1000);
 }
 
+TEST_CASE("the same scans give the same bytes, twice in a row") {
+  const Scene scene = street({walker(8.0, -4.0)});
+  const auto first = run_scene(scene, small_config(), 30, drive);
+  const auto second = run_scene(scene, small_config(), 30, drive);
+  REQUIRE(first.size() == second.size());
+  for (std::size_t k = 0; k < first.size(); ++k) {
+    CHECK(first[k].labels == second[k].labels);
+    REQUIRE(first[k].static_cells.size() == second[k].static_cells.size());
+    CHECK(std::memcmp(first[k].static_cells.data(), second[k].static_cells.data(),
+                      first[k].static_cells.size() * sizeof(FineCell)) == 0);
+  }
+}
+
 TEST_CASE("points dropped by down-sampling are labelled like the ones that were kept") {
   PipelineConfig config = small_config();
   config.keyframe.downsample_leaf_m = 0.2F;

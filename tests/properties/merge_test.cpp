@@ -1,14 +1,19 @@
 // Equivariance of the merge under rigid transforms of its input
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
 #include "src/merge/graph/alignment_problem.hpp"
 #include "src/merge/graph/map_graph.hpp"
+#include "src/merge/loops/loop_acceptance.hpp"
 #include "src/merge/loops/radius_search.hpp"
 #include "src/merge/map/changes.hpp"
 #include "src/merge/map/voxel_trees.hpp"
+#include "src/merge/registration/registration.hpp"
 #include "src/merge/sessions/central_score.hpp"
 #include "src/merge/sessions/seen_extent.hpp"
 #include "tests/merge/synthetic_town.hpp"
 #include "tests/regression/tilted_scenes.hpp"
-#include "tests/test.hpp"
 #include "unimapper/merge/export.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
 #include "unimapper/merge/merger.hpp"
@@ -47,6 +52,34 @@ Pose yaw_only(Random& random, double extent_m) {
 }
 
 }  // namespace
+
+TEST_CASE("sets of consistent loops do not depend on the sessions' frames", "[frames]") {
+  Random random(2);
+  const Sessions s = three_sessions(51);
+  std::vector<LoopConstraint> loops;
+  for (const LoopConstraint& loop : s.loops) {
+    if (loop.query.session == 1 && loop.match.session == 0) loops.push_back(loop);
+  }
+  const AcceptanceConfig config;
+  const auto set_of = [&](const Pose& query, const Pose& match) {
+    return inter_session_consistency(
+        loops, SessionPath(moved(query, s.sessions[1].T_odometry_keyframe), some_noise()),
+        SessionPath(moved(match, s.sessions[0].T_odometry_keyframe), some_noise()), config);
+  };
+  const ConsistencySet before = set_of({}, {});
+  REQUIRE(before.state == PairState::kConfirmed);
+  REQUIRE(before.inliers.size() < loops.size());
+  for (int round = 0; round < 4; ++round) {
+    const Pose query = any_pose(random, 90.0);
+    const Pose match = any_pose(random, 90.0);
+    const ConsistencySet after = set_of(query, match);
+    CHECK(after.inliers == before.inliers);
+    CHECK(after.distinct == before.distinct);
+    CHECK(after.competing == before.competing);
+    check_same_pose(after.T_match_session_query_session,
+                    match * before.T_match_session_query_session * query.inverse(), 1e-6, 1e-6);
+  }
+}
 
 TEST_CASE("a loop turned round twice is the same loop, and explains the same poses as well",
           "[frames]") {
@@ -109,6 +142,43 @@ TEST_CASE("alignment gives the same relative poses whatever the sessions' frames
                         2e-3);
       }
     }
+  }
+}
+
+TEST_CASE("registration follows the frames of both clouds", "[frames]") {
+  Random random(6);
+  const RegistrationConfig config;
+  const Pose T_world_target = turned(1.0, -1.0, 20.0, {0.5, -0.5, 1.5});
+  const Pose T_world_source = turned(-2.0, 1.0, 50.0, {-1.0, 0.5, 1.3});
+  const Corner a = corner(random, T_world_target.inverse(), 0.01);
+  const Corner b = corner(random, T_world_source.inverse(), 0.01);
+  const Pose truth = T_world_target.inverse() * T_world_source;
+  const Pose start = truth * turned(0.5, -0.5, 2.0, {0.3, -0.3, 0.1});
+  const RegistrationCloud target(a.points, a.ground, config);
+  const RegistrationCloud source(b.points, b.ground, config);
+  const RegistrationResult before = register_clouds(target, source, start, config);
+  REQUIRE(before.converged);
+  check_same_pose(before.T_target_source, truth, 0.03, 0.3);
+  for (int round = 0; round < 3; ++round) {
+    const Pose turn_target = any_pose(random, 3.0);
+    const Pose turn_source = any_pose(random, 3.0);
+    const RegistrationCloud other_target(moved(turn_target, a.points), a.ground, config);
+    const RegistrationCloud other_source(moved(turn_source, b.points), b.ground, config);
+    const Pose other_truth = turn_target * truth * turn_source.inverse();
+    const RegistrationResult after = register_clouds(
+        other_target, other_source, turn_target * start * turn_source.inverse(), config);
+    CHECK(after.converged);
+    // Thinning follows the axes of the frame: the same surfaces, but other points of them.
+    check_same_pose(after.T_target_source, other_truth, 0.03, 0.3);
+    CHECK(after.rmse_m == Approx(before.rmse_m).epsilon(0.15));
+    // The covariance of the translation is that of before, in the target's other axes.
+    const Eigen::Matrix3d r = turn_target.rotation;
+    const Eigen::Matrix3d expected =
+        r * before.information.inverse().topLeftCorner<3, 3>() * r.transpose();
+    const Eigen::Matrix3d found = after.information.inverse().topLeftCorner<3, 3>();
+    CHECK(structure_overlap(other_target, other_source, other_truth, 40.0, 0.5) ==
+          Approx(structure_overlap(target, source, truth, 40.0, 0.5)).margin(0.05));
+    CHECK((found - expected).norm() < 0.35 * expected.norm());
   }
 }
 

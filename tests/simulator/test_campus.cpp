@@ -60,7 +60,7 @@ TEST_CASE("a campus recording names its scene and has a campus's share of classe
 
 TEST_CASE(
     "the robot moves at walking pace, its sensor a metre above the ground, without collisions") {
-  const std::uint64_t seed = GENERATE(std::uint64_t{1}, kSeed);
+  const std::uint64_t seed = GENERATE(std::uint64_t{1}, std::uint64_t{2}, kSeed);
   const Built built(seed);
   for (const char route : {'A', 'B', 'C'}) {
     const double duration = whole_tour_s(built.campus, route);
@@ -141,7 +141,7 @@ TEST_CASE("companions stay beside and behind the robot, a guide ahead, all other
 }
 
 TEST_CASE("no person walks through a wall or above the ground") {
-  const std::uint64_t seed = GENERATE(1U, 2U);
+  const std::uint64_t seed = GENERATE(range(1, 5));
   INFO("seed " << seed);
   const Built built(seed);
   const RobotWalk robot(built.campus.plan, 'A', seed, kDuration);

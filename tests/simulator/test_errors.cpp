@@ -81,3 +81,11 @@ TEST_CASE("a full disk is reported with the file that did not fit") {
   CHECK_THAT(message, Contains("000001.bin"));
   CHECK_THAT(message, Contains("No space left on device"));
 }
+
+TEST_CASE("drift presets have names") {
+  CHECK(parse_drift("lio") == DriftPreset::kLio);
+  CHECK(parse_drift("none") == DriftPreset::kNone);
+  CHECK(parse_drift("icp") == DriftPreset::kIcp);
+  CHECK(parse_drift("bad") == DriftPreset::kBad);
+  CHECK_FALSE(parse_drift("LIO ").has_value());
+}

@@ -115,6 +115,19 @@ TEST_CASE("static points lie on static geometry, moving ones do not, walls are c
   CHECK(thickness < 0.03);
 }
 
+TEST_CASE("scans agree with the true poses and slowly diverge with the odometry") {
+  SimulationConfig config = recording_config();
+  config.drift = DriftPreset::kBad;
+  const Recording run(config);
+  const Frame T_town_odometry = run.truth.front() * run.odometry.front().inverse();
+  const auto error = [&](std::size_t i) {
+    return norm((T_town_odometry * run.odometry[i]).origin - run.truth[i].origin);
+  };
+  CHECK(error(0) < 1e-5);
+  CHECK(error(kScans - 1) > 0.02);
+  CHECK(error(kScans - 1) < 5.0);
+}
+
 TEST_CASE("what stands in the scene is listed with its box") {
   const Recording run(recording_config());
   struct Box {

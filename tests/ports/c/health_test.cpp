@@ -19,6 +19,7 @@ struct ShortOfEverything {
     ticks_ns = 0;
     um_config config;
     REQUIRE(um_config_init(&config, sizeof config, UM_SENSOR_HDL_64E) == UM_OK);
+    config.event_capacity = 4096;
     config.clock_ns = ticking_clock;
     config.budget_us = budget_us;
     config.keyframe_scans = 3;
@@ -52,6 +53,10 @@ TEST_CASE("health is the sum over all keyframes, of largest values the largest")
     options.ground_points = 3000;
     const IntegerTown town(options);
     um_health expected{};
+    std::uint64_t refused_events = 0;
+    std::uint64_t dropped_in_events[16] = {};
+    std::uint64_t missed_events = 0;
+    std::uint64_t closed_events = 0;
     const auto look = [&] {
       um_keyframe keyframe;
       keyframe.struct_size = sizeof keyframe;
@@ -108,6 +113,34 @@ TEST_CASE("health is the sum over all keyframes, of largest values the largest")
     }
     CHECK(health.dropped[UM_DROP_NOT_FINITE] == 17 * (kScans - 2));
 
+    um_event event;
+    while (um_event_pop(pipeline, &event) == UM_OK) {
+      const auto first = static_cast<std::size_t>(event.values[0]);
+      switch (event.id) {
+        case UM_EVENT_KEYFRAME_CLOSED:
+          ++closed_events;
+          break;
+        case UM_EVENT_SCAN_REFUSED:
+          ++refused_events;
+          break;
+        case UM_EVENT_DROPPED:
+          dropped_in_events[first] += static_cast<std::uint64_t>(event.values[1]);
+          break;
+        case UM_EVENT_DEADLINE_MISSED:
+          ++missed_events;
+          break;
+        default:
+          break;
+      }
+    }
+    CHECK(um_events_lost(pipeline) == 0);
+    CHECK(closed_events == health.keyframes);
+    CHECK(refused_events == health.scans_refused);
+    CHECK(missed_events == health.deadline_misses);
+    for (int i = 0; i < 16; ++i) {
+      INFO("cause " << i);
+      CHECK(dropped_in_events[i] == health.dropped[i]);
+    }
     CHECK(health.dropped[UM_DROP_SCAN_TOO_LARGE] > 0);
     CHECK(health.dropped[UM_DROP_VOXELS_FULL] > 0);
 

@@ -73,6 +73,12 @@ um_delivery_status status_of(const um_delivery* delivery) {
 TEST_CASE("default options of a delivery lack a name alone") {
   um_delivery_options options;
   REQUIRE(um_delivery_options_init(&options, sizeof options) == 0);
+  CHECK(options.datagram_bytes == 60000);
+  CHECK(options.bytes_per_second == 20e6);
+  CHECK(options.min_bytes_per_second == 4000.0);
+  CHECK(options.unacknowledged_bytes == 64000000);
+  CHECK(options.spool_bytes == 2000000000);
+  CHECK(options.finish_timeout_ms == 30000);
   CHECK(options.spool == nullptr);
   CHECK(options.key == nullptr);
   CHECK(refusal(options, EINVAL).find("name must") == 0);
