@@ -22,7 +22,7 @@ lidars="hdl-64e vlp-16 os1-64 os2-128 aeva-aeries2 livox-avia livox-mid-360"
 
 # cells RECORDING: of what the program prints, "key value key value ..."
 cells() {
-  "$bin/bench_odometry" "$1" | awk '{
+  "$bin/odometry_bench" "$1" | awk '{
     for (i = 1; i < NF; i += 2) v[$i] = $(i + 1)
     relative = v["segments"] > 0 ? sprintf("%.2f", v["rel_percent"]) : "-"
     printf "%.0f | %s | %.3f | %.2f | %.1f (%.1f) | %d | %d\n", v["path_m"], relative, v["ate_m"],

@@ -62,6 +62,7 @@ class OwnOdometryDataset final : public DatasetDecorator {
       count_state(i, result);
       if (options.progress) options.progress(i + 1, count);
     }
+    statistics_ = odometry->statistics();
     require_tracking();
   }
 
@@ -81,6 +82,12 @@ class OwnOdometryDataset final : public DatasetDecorator {
     notes.push_back({"poses: of the own odometry, from the scans alone", false});
     add_note(degenerate_, "do not determine the motion in every direction", notes);
     add_note(lost_, "could not be registered: poses go on as before", notes);
+    if (statistics_.points_refused + statistics_.points_without_voxel > 0) {
+      notes.push_back({"own odometry: no room for " + std::to_string(statistics_.points_refused) +
+                           " points of scans and " +
+                           std::to_string(statistics_.points_without_voxel) + " of the local map",
+                       true});
+    }
     return notes;
   }
 
@@ -112,6 +119,7 @@ class OwnOdometryDataset final : public DatasetDecorator {
   }
 
   std::vector<Pose> poses_;
+  OdometryStatistics statistics_;
   Tally degenerate_;
   Tally lost_;
 };

@@ -24,6 +24,7 @@ namespace {
 constexpr double kLongestPrediction_s = 1.0;  // nobody goes on at constant velocity for longer
 constexpr double kCoarseVoxels = 3.0;         // edge of the coarse map's voxels, in fine ones
 constexpr int kIterations = 30;
+constexpr std::size_t kSampledOneOf = 6;  // points that a search takes
 
 /// A result like the last one, with the reason why a scan is refused.
 OdometryResult refusal(const OdometryResult& last, ErrorCode code, const char* message) noexcept {
@@ -50,7 +51,7 @@ struct LidarOdometry::State {
   OdometryResult begin() noexcept;
   OdometryResult go_on(double seconds) noexcept;
   OdometryResult accept(const Registered& found, const Interval& interval, double fit) noexcept;
-  OdometryResult lose(const Pose& T_odometry_middle, double seconds) noexcept;
+  OdometryResult lose(const Pose& predicted, double seconds) noexcept;
 
   // The scan at hand.
   [[nodiscard]] double mean_time_s() const noexcept;
@@ -74,7 +75,7 @@ struct LidarOdometry::State {
   // Local map.
   void begin_map(const Velocity& v) noexcept;
   void extend_map(std::span<const ScanPoint> points, const Interval& interval,
-                  const Pose& T_odometry_middle, double middle_s) noexcept;
+                  const Pose& T_odometry_now, double now_s) noexcept;
 
   LidarOdometry odometry;
   LidarOdometryConfig config;
@@ -108,7 +109,7 @@ void LidarOdometry::State::allocate(Arena& arena) noexcept {
   maps[1].allocate(arena, config.max_voxels / kFewerCoarse, kCoarseVoxels * config.voxel_m);
   thinning.allocate(arena, config);
   source.allocate(arena, config.max_points);
-  sample.allocate(arena, config.max_points);
+  sample.allocate(arena, config.max_points / kSampledOneOf + 1);
   first.allocate(arena, config.max_points);
 }
 
@@ -213,14 +214,15 @@ Tolerance LidarOdometry::State::tolerance() const noexcept {
 }
 
 Registered LidarOdometry::State::track(const Interval& interval, const Pose& start) noexcept {
-  constexpr double kReach = 3.0;       // of the usual deviation
   constexpr double kCoarseFrom = 0.5;  // of a voxel: where surfaces near the prediction mislead
-  const double deviation = deviation_m();
   const Expectation expectation = expected(interval);
   Pose begin = start;
-  if (deviation > kCoarseFrom * config.voxel_m) {
-    const Registered rough = register_points(source.view(), maps, interval, start, expectation,
-                                             {deviation, kReach * deviation, true, kIterations});
+  if (deviation_m() > kCoarseFrom * config.voxel_m) {
+    Tolerance wide = tolerance();
+    wide.kernel_m = deviation_m();
+    wide.is_coarse = true;
+    const Registered rough =
+        register_points(source.view(), maps, interval, start, expectation, wide);
     if (rough.is_valid) begin = rough.pose;
   }
   return register_points(source.view(), maps, interval, begin, expectation, tolerance());
@@ -281,9 +283,8 @@ void LidarOdometry::State::attempt(const Interval& interval, const Pose& start, 
 }
 
 Registered LidarOdometry::State::search(const Interval& interval) noexcept {
-  constexpr std::size_t kOneOf = 6;  // points
   sample.clear();
-  for (std::size_t i = 0; i < source.size(); i += kOneOf) sample.push_back(source[i]);
+  for (std::size_t i = 0; i < source.size(); i += kSampledOneOf) sample.push_back(source[i]);
   Pose best = ahead(interval);
   double best_fit = -1.0;
   for (const double share : {1.0, 0.0, 0.5, 1.5, -0.5}) {

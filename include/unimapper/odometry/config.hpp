@@ -14,8 +14,8 @@ struct LidarOdometryConfig {
   double max_range_m = 100.0;
   double min_range_m = 1.0;
   double voxel_m = 1.0;
-  std::uint32_t max_voxels = 1U << 17U;
-  std::uint32_t max_points = 1U << 15U;
+  std::uint32_t max_voxels = 3U << 15U;
+  std::uint32_t max_points = 1U << 16U;
 
   /// `kOk`, or what is wrong in words.
   [[nodiscard]] Error validate() const noexcept;
@@ -31,8 +31,9 @@ consteval auto parameters_of(const C*) {
       parameter<&C::voxel_m>("[0.1, 4]", "m", "measured", "Edge of the local map's voxels."),
       parameter<&C::max_voxels>("[1024, 1048576]", "", "choice",
                                 "Capacity: voxels of the local map."),
-      parameter<&C::max_points>("[256, 262144]", "", "choice",
-                                "Capacity: points of one scan after thinning to half a voxel."));
+      parameter<&C::max_points>(
+          "[256, 262144]", "", "choice",
+          "Capacity: points of one scan after thinning to a quarter of a voxel."));
 }
 
 }  // namespace unimapper

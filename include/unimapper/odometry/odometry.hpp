@@ -47,7 +47,7 @@ struct [[nodiscard]] OdometryResult {
 /// Counts since `create`, for diagnosis.
 struct OdometryStatistics {
   std::uint64_t scans = 0;                 ///< accepted
-  std::uint64_t points_refused = 0;        ///< thinned points that a scan had no room for
+  std::uint64_t points_refused = 0;        ///< of scans, in cells that found no room
   std::uint64_t points_without_voxel = 0;  ///< for which one of the two maps had no room, for each
   std::uint32_t voxels = 0;                ///< in the local map
   std::uint32_t restarts = 0;              ///< times the local map was begun anew
