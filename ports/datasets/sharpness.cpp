@@ -7,12 +7,12 @@
 namespace unimapper::datasets {
 
 void SurfaceThickness::add(const Eigen::Vector3d& point) {
+  constexpr std::int64_t kOffset = 1 << 20;
   const Eigen::Vector3d cell = (point / voxel_m_).array().floor();
+  if (!(cell.array().abs() < static_cast<double>(kOffset)).all()) return;
   std::uint64_t key = 0;
   for (const double coordinate : {cell.x(), cell.y(), cell.z()}) {
-    constexpr std::int64_t kOffset = 1 << 20;
-    key = key << 21U |
-          (static_cast<std::uint64_t>(static_cast<std::int64_t>(coordinate) + kOffset) & 0x1FFFFFU);
+    key = key << 21U | static_cast<std::uint64_t>(static_cast<std::int64_t>(coordinate) + kOffset);
   }
   Voxel& voxel = voxels_[key];
   const Eigen::Vector3d local = point - voxel_m_ * cell;

@@ -12,7 +12,8 @@ class SurfaceThickness {
  public:
   explicit SurfaceThickness(double voxel_m = 0.5) : voxel_m_(voxel_m) {}
 
-  /// Adds a point of the scan that was announced last, in a frame common to all scans.
+  /// Adds a point of the scan that was announced last, in a frame common to all scans. Points that
+  /// are not finite or lie 2^20 voxels and more from the origin are left out.
   void add(const Eigen::Vector3d& point);
   /// The points from now on are of another scan.
   void begin_scan() { ++scan_; }
