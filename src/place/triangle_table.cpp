@@ -76,8 +76,8 @@ void TriangleTable::allocate(Arena& arena, const LoopSearchConfig& config) noexc
   tolerance_cm_ = std::max(1, static_cast<std::int32_t>(config.side_tolerance_m * 100.0F + 0.5F));
   code_difference_ = static_cast<std::uint8_t>(std::min(24U, config.max_code_difference));
   cell_cm_ = many ? tolerance_cm_ + 1 : 2 * tolerance_cm_ + 1;
-  dot_tolerance_ =
-      static_cast<std::int32_t>(config.dot_tolerance * static_cast<float>(kLargestDot) + 0.5F);
+  dot_tolerance_ = static_cast<std::int32_t>(
+      LoopSearchConfig::kDotTolerance * static_cast<float>(kLargestDot) + 0.5F);
 }
 
 bool TriangleTable::insert(const Triangle& triangle, std::uint32_t slot) noexcept {

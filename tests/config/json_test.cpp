@@ -31,11 +31,11 @@ TEST_CASE("a configuration that was written reads back as the same") {
     CHECK(dump_config(to) == dump_config(from));
   }
   merge::MergeConfig from;
-  from.acceptance.consistency_chi2 = 22.46;
+  from.acceptance.loop_chi2 = 22.46;
   from.threads = 3;
   merge::MergeConfig to;
   parse_config(dump_config(from), "file.json", to);
-  CHECK(to.acceptance.consistency_chi2 == 22.46);
+  CHECK(to.acceptance.loop_chi2 == 22.46);
   CHECK(to.threads == 3);
   CHECK(dump_config(to) == dump_config(from));
 }
@@ -62,6 +62,9 @@ TEST_CASE("wrong files are refused by key, with the range or the name that was m
     CHECK(refused<merge::MergeConfig>(text) == std::string("file.json: ") + message);
   }
   CHECK(refused<merge::MergeConfig>(R"({"loops.min_overlap": 0.5})") == "accepted");
+  // What only code sets.
+  CHECK_THAT(refused<merge::MergeConfig>(R"({"graph": {"max_iterations": 7}})"),
+             Contains("graph.max_iterations is no parameter"));
   CHECK_THAT(refused<PipelineConfig>("[]"), Contains("file.json: the file must be an object"));
   CHECK_THAT(refused<PipelineConfig>("{"), Contains("file.json: parse error"));
   // No JSON, or a number beyond all bounds.

@@ -8,10 +8,12 @@ namespace unimapper::test {
 
 struct Inner {
   std::uint32_t count = 3;
+  std::uint32_t rounds = 7;
   double exact = 0.5;
 };
 consteval auto parameters_of(const Inner*) {
   return parameter_table(parameter<&Inner::count>("[2, 5]", "things", "choice", "How many."),
+                         internal_parameter<&Inner::rounds>("[1, 9]"),
                          parameter<&Inner::exact>("(0, 1]", "m", "choice", "How long."));
 }
 
@@ -49,7 +51,7 @@ bool set(Outer& config, const char* name, const char* text) {
 }  // namespace
 
 TEST_CASE("the compiler counts the members of a struct") {
-  STATIC_REQUIRE(member_count<Inner>() == 2);
+  STATIC_REQUIRE(member_count<Inner>() == 3);
   STATIC_REQUIRE(member_count<Outer>() == 5);
   STATIC_REQUIRE(member_count<PipelineConfig>() == 9 + 5);
   STATIC_REQUIRE(kTable.size() == 5);
@@ -62,6 +64,14 @@ TEST_CASE("names come from the members, those of inner structs with a dot") {
   CHECK(find_parameter(kTable, "inner.exact") == &kTable[4]);
   CHECK(find_parameter(kTable, "inner") == nullptr);
   CHECK(find_parameter(kTable, "callback") == nullptr);
+}
+
+TEST_CASE("the range of what only code sets is checked, and nobody else knows it") {
+  CHECK(find_parameter(kTable, "inner.rounds") == nullptr);
+  CHECK(kCheckedParameters<Outer>.size() == kTable.size() + 1);
+  Outer config;
+  config.inner.rounds = 10;
+  CHECK(std::string(refused(config)) == "inner.rounds must lie in [1, 9]");
 }
 
 TEST_CASE("bounds belong to a range or not, as it says, and NaN never does") {

@@ -70,12 +70,12 @@ Outcomes merge_with_random_configurations(std::size_t runs) {
   for (std::size_t i = 0; i < runs; ++i) {
     CAPTURE(i);
     MergeConfig config;
-    random.change_some(kParameters<MergeConfig>, &config);
+    random.change_some(kCheckedParameters<MergeConfig>, &config);
     const Error error = config.validate();
     if (error.code != ErrorCode::kOk) {
       ++outcomes.refused;
       REQUIRE(error.code == ErrorCode::kInvalidConfig);
-      REQUIRE(test::names_a_parameter(kParameters<MergeConfig>, error.message));
+      REQUIRE(test::names_a_parameter(kCheckedParameters<MergeConfig>, error.message));
       REQUIRE_THROWS_WITH(merge_sessions(sessions, config), error.message);
       continue;
     }

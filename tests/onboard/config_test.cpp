@@ -32,7 +32,7 @@ TEST_CASE("the paper's preset is the paper") {
   const PipelineConfig paper = paper_preset(SensorKind::kOs2_128);
   CHECK(paper.voxel.coarse_size_m == 2.0F);
   CHECK(paper.voxel.fine_size_m == 0.2F);
-  CHECK(paper.ground.max_tilt_deg == 30.0F);
+  CHECK(GroundConfig::kMaxTiltDeg == 30.0);
   CHECK(paper.ground.margin_m == 0.1F);
   CHECK(paper.removal.window == 10);
   CHECK(paper.removal.candidates_next_to_ground);
@@ -60,7 +60,7 @@ TEST_CASE("an invalid configuration is refused with the reason") {
   CHECK_THAT(message([](auto& c) { c.keyframe.range_min_m = 200.0F; }), Contains("range_min_m"));
   CHECK_THAT(message([](auto& c) { c.voxel.coarse_size_m = 2.05F; }), Contains("whole multiple"));
   CHECK_THAT(message([](auto& c) { c.voxel.max_cells = 0; }), Contains("max_cells"));
-  CHECK_THAT(message([](auto& c) { c.ground.max_tilt_deg = 90.0F; }), Contains("[0.001, 80]"));
+  CHECK_THAT(message([](auto& c) { c.ground.margin_m = 2.0F; }), Contains("[-0.5, 1]"));
   CHECK_THAT(message([](auto& c) { c.free_space.visibility = false; }), Contains("must be true"));
   CHECK_THAT(message([](auto& c) { c.free_space.images_per_keyframe = 11; }),
              Contains("keyframe.scans"));

@@ -129,8 +129,7 @@ TEST_CASE("ground that was seen through is none, whatever looks like it") {
   stages.build_cells();
   stages.build_voxels();
   const auto count = [&] {
-    return find_ground(config.ground, config.voxel.coarse_size_m, stages.sensor_m,
-                       stages.voxels.map());
+    return find_ground(config.voxel.coarse_size_m, stages.sensor_m, stages.voxels.map());
   };
   REQUIRE(count() > 0);
   const auto reject = [&] {

@@ -10,7 +10,7 @@ using namespace unimapper;
 namespace {
 
 bool same(const PipelineConfig& a, const PipelineConfig& b) {
-  const std::span<const Parameter> all = kParameters<PipelineConfig>;
+  const std::span<const Parameter> all = kCheckedParameters<PipelineConfig>;
   return std::all_of(all.begin(), all.end(), [&](const Parameter& parameter) {
     return value_of(parameter, &a) == value_of(parameter, &b);
   });

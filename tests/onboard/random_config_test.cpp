@@ -23,7 +23,7 @@ class RandomConfig {
     config.descriptor.max_voxels = 2048;
     config.loop_search.max_places = 8;
     config.loop_search.max_matches = 4096;
-    random_.change_some(kParameters<PipelineConfig>, &config);
+    random_.change_some(kCheckedParameters<PipelineConfig>, &config);
     return config;
   }
 
@@ -93,7 +93,7 @@ TEST_CASE("a random configuration is refused in words or runs a small scene", "[
     if (error.code != ErrorCode::kOk) {
       ++refused;
       REQUIRE(error.code == ErrorCode::kInvalidConfig);
-      REQUIRE(names_a_parameter(kParameters<PipelineConfig>, error.message));
+      REQUIRE(names_a_parameter(kCheckedParameters<PipelineConfig>, error.message));
       REQUIRE(bytes == 0);
       continue;
     }

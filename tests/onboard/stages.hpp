@@ -105,8 +105,7 @@ struct Stages {
   std::uint32_t find_and_split_ground() {
     build_cells();
     build_voxels();
-    const std::uint32_t ground =
-        find_ground(config.ground, config.voxel.coarse_size_m, sensor_m, voxels.map());
+    const std::uint32_t ground = find_ground(config.voxel.coarse_size_m, sensor_m, voxels.map());
     rejected = levels.reject_elevated(voxels.map());
     propagate_ground(config.ground, voxels.map());
     split_ground(config.ground, config.removal, voxels, stray, all_blocks(), cells);

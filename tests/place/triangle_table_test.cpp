@@ -33,7 +33,6 @@ LoopSearchConfig small() {
   config.max_places = 50;
   config.triangles.max_triangles = 100;
   config.side_tolerance_m = 0.2F;
-  config.dot_tolerance = 0.35F;
   return config;
 }
 

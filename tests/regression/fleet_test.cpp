@@ -32,7 +32,6 @@ PipelineConfig robot_config() {
   config.voxel.max_cells = 1U << 15U;
   config.voxel.max_voxels = 1U << 13U;
   config.voxel.max_window_blocks = 1U << 14U;
-  config.ground.max_tilt_deg = 25.0F;
   config.ground.margin_m = 0.08F;
   config.free_space.images_per_keyframe = 2;
   config.free_space.azimuth_resolution_deg = 1.2F;

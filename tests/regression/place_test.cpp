@@ -44,7 +44,6 @@ LoopSearchConfig search_config() {
   config.triangles.max_side_m = 30.0F;
   config.triangles.max_triangles = 300;
   config.side_tolerance_m = 0.25F;
-  config.dot_tolerance = 0.4F;
   config.max_code_difference = 7;
   config.max_bucket = 400;
   config.max_candidates = 20;

@@ -201,6 +201,13 @@ consteval ParameterRows<1> parameter(const char* source, const char* meaning) {
   return {{row}};
 }
 
+/// The row of a number that code sets for code, e.g. the merger for its loop search. Its range is
+/// checked; no file, C program or document knows it.
+template <auto Pointer>
+consteval ParameterRows<1> internal_parameter(const char* range, const char* unit = "") {
+  return parameter<Pointer>(range, unit, "", "");
+}
+
 /// A member that is no parameter, e.g. a clock.
 template <auto Pointer>
 consteval ParameterRows<0> no_parameter() {
@@ -227,6 +234,13 @@ consteval auto checked_rows() {
   constexpr auto kTable = parameters_of(static_cast<const Config*>(nullptr));
   static_assert(kTable.members == member_count<Config>(), "every member needs its row");
   auto rows = kTable.rows;
+  // Those with a meaning first: users know them alone.
+  std::size_t next = 0;
+  for (const bool is_public : {true, false}) {
+    for (const Parameter& row : kTable.rows) {
+      if (row.meaning.empty() != is_public) rows[next++] = row;
+    }
+  }
   for (std::size_t i = 0; i < rows.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) {
       if (rows[i].name.view() == rows[k].name.view()) malformed_table();
@@ -238,15 +252,31 @@ consteval auto checked_rows() {
 
 }  // namespace parameter_detail
 
-/// All parameters of a configuration struct, those of the structs in it included.
+/// All rows of a configuration struct, those of the structs in it and internal ones included.
 template <typename Config>
-inline constexpr auto kParameters = parameter_detail::checked_rows<Config>();
+inline constexpr auto kCheckedParameters = parameter_detail::checked_rows<Config>();
+
+namespace parameter_detail {
+
+template <typename Config>
+consteval std::size_t public_rows() {
+  std::size_t count = 0;
+  for (const Parameter& row : kCheckedParameters<Config>) count += row.meaning.empty() ? 0 : 1;
+  return count;
+}
+
+}  // namespace parameter_detail
+
+/// The parameters that users set and documents list: all rows but the internal ones.
+template <typename Config>
+inline constexpr std::span<const Parameter> kParameters =
+    std::span(kCheckedParameters<Config>).first(parameter_detail::public_rows<Config>());
 
 namespace parameter_detail {
 
 template <auto Group, std::size_t Row>
 void* address_in_group(void* config) noexcept {
-  constexpr auto kInner = kParameters<MemberOf<Group>>[Row].address;
+  constexpr auto kInner = kCheckedParameters<MemberOf<Group>>[Row].address;
   return kInner(&(static_cast<ConfigOf<Group>*>(config)->*Group));
 }
 
@@ -256,7 +286,7 @@ void* address_in_group(void* config) noexcept {
 template <auto Group>
 consteval auto parameters_in() {
   using namespace parameter_detail;
-  constexpr auto& kInner = kParameters<MemberOf<Group>>;
+  constexpr auto& kInner = kCheckedParameters<MemberOf<Group>>;
   ParameterRows<kInner.size()> part;
   part.rows = kInner;
   for (Parameter& row : part.rows) {
@@ -302,7 +332,7 @@ consteval auto parameters_in() {
 /// `kOk`, or which member is out of its range, by name.
 template <typename Config>
 [[nodiscard]] Error check_ranges(const Config& config) noexcept {
-  const Parameter* const wrong = first_out_of_range(kParameters<Config>, &config);
+  const Parameter* const wrong = first_out_of_range(kCheckedParameters<Config>, &config);
   if (wrong == nullptr) return {};
   return {ErrorCode::kInvalidConfig, wrong->refusal.c_str()};
 }

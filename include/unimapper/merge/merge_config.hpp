@@ -35,9 +35,9 @@ consteval auto parameters_of(const C*) {
 /// Registration clouds and G-ICP (paper section VI, refined registration).
 struct RegistrationConfig {
   float leaf_m = 0.4F;
-  std::uint32_t max_points = 12000;
-  std::uint32_t max_source_points = 4000;
-  std::uint32_t max_iterations = 24;
+  std::uint32_t max_points = 12000;        ///< the leaf grows until a cloud is smaller
+  std::uint32_t max_source_points = 4000;  ///< points of a source that are aligned
+  std::uint32_t max_iterations = 24;       ///< of both stages together
   /// So far along its weakest axis the registration of a loop is started again, either way, metres.
   static constexpr double kProbeM = 1.5;
   /// A loop says nothing along its weakest axis if a restart that fits ends farther off, metres.
@@ -48,21 +48,19 @@ template <std::same_as<RegistrationConfig> C>
 consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::leaf_m>("[0.05, 5]", "m", "choice", "Spacing of registration points."),
-      parameter<&C::max_points>("[100, 1000000]", "points", "choice",
-                                "The leaf grows until a cloud is smaller."),
-      parameter<&C::max_source_points>("[100, 1000000]", "points", "choice",
-                                       "Points of a source that are aligned."),
-      parameter<&C::max_iterations>("[1, 200]", "", "choice",
-                                    "Iterations of both stages together."));
+      internal_parameter<&C::max_points>("[100, 1000000]", "points"),
+      internal_parameter<&C::max_source_points>("[100, 1000000]", "points"),
+      internal_parameter<&C::max_iterations>("[1, 200]"));
 }
 
 /// Where loop candidates come from and when their geometry is verified.
 struct LoopConfig {
   std::uint32_t min_keyframe_gap = 15;
   double min_path_gap_m = 20.0;
+  /// Candidates verified per pair of sessions, spread over places.
   std::uint32_t max_candidates_per_pair = 200;
   double min_overlap = 0.45;
-  double max_contradiction = 0.5;
+  double max_contradiction = 0.5;  ///< share of the points that lie inside the other's free space
 };
 
 template <std::same_as<LoopConfig> C>
@@ -74,18 +72,16 @@ consteval auto parameters_of(const C*) {
       parameter<&C::min_path_gap_m>(
           "[0, 1000]", "m", "choice",
           "Least path between the two keyframes of an intra-session loop."),
-      parameter<&C::max_candidates_per_pair>(
-          "[1, 5000]", "", "choice",
-          "Candidates verified per pair of sessions, spread over places."),
+      internal_parameter<&C::max_candidates_per_pair>("[1, 5000]"),
       parameter<&C::min_overlap>("[0, 1]", "", "choice",
                                  "Overlap of structure (no ground) after G-ICP; two thirds of it "
                                  "where the common view agrees."),
-      parameter<&C::max_contradiction>(
-          "[0, 1]", "", "choice", "Share of the points that lie inside the other's free space."));
+      internal_parameter<&C::max_contradiction>("[0, 1]"));
 }
 
 /// When inter-session loops are accepted (docs/design/loop-acceptance.md).
 struct AcceptanceConfig {
+  /// Two loops are consistent up to this chi square: 99 % with 6 degrees of freedom.
   double consistency_chi2 = 16.81;
   std::uint32_t min_loops = 3;
   double min_span_m = 20.0;
@@ -93,9 +89,14 @@ struct AcceptanceConfig {
   /// Overlap of a loop, 0 to 1, from which on it is a strong one.
   static constexpr double kStrongOverlap = 0.7;
   double margin = 2.0;
+  /// Consistency set over a competing set that alone would connect the maps; below it the pair is
+  /// provisional.
   double sufficient_margin = 4.0;
   double distinct_m = 2.0;
+  /// Loops within so short a path lie in one place, and one place may look like another: sensor
+  /// data elsewhere must confirm them.
   double place_span_m = 100.0;
+  /// A loop knows the position along a direction if its standard deviation is smaller.
   double vote_sigma_m = 1.0;
   /// Two loops within a session confirm each other if odometry between them is as sure (standard
   /// deviation, metres). Keyframes of two sessions are compared as far from a loop.
@@ -112,9 +113,7 @@ struct AcceptanceConfig {
 template <std::same_as<AcceptanceConfig> C>
 consteval auto parameters_of(const C*) {
   return parameter_table(
-      parameter<&C::consistency_chi2>("[1, 200]", "",
-                                      "99 % of chi square with 6 degrees of freedom",
-                                      "Two loops are consistent up to this chi square."),
+      internal_parameter<&C::consistency_chi2>("[1, 200]"),
       parameter<&C::min_loops>("[2, 100]", "loops", "choice",
                                "Distinct loops that connect two maps."),
       parameter<&C::min_span_m>("[0, 1000]", "m", "choice",
@@ -125,18 +124,11 @@ consteval auto parameters_of(const C*) {
       parameter<&C::margin>(
           "[1, 100]", "", "choice",
           "Consistency set over the largest competing set; below it the pair is provisional."),
-      parameter<&C::sufficient_margin>("[1, 100]", "", "choice",
-                                       "Consistency set over a competing set that alone would "
-                                       "connect the maps; below it the pair is provisional."),
+      internal_parameter<&C::sufficient_margin>("[1, 100]"),
       parameter<&C::distinct_m>("[0, 100]", "m", "choice",
                                 "Loops closer than this along either path count once."),
-      parameter<&C::place_span_m>(
-          "[0, 1000]", "m", "choice",
-          "Loops within so short a path lie in one place, and one place may look like another: "
-          "sensor data elsewhere must confirm them."),
-      parameter<&C::vote_sigma_m>(
-          "[0.01, 100]", "m", "choice",
-          "A loop knows the position along a direction if its standard deviation is smaller."),
+      internal_parameter<&C::place_span_m>("[0, 1000]", "m"),
+      internal_parameter<&C::vote_sigma_m>("[0.01, 100]", "m"),
       parameter<&C::loop_chi2>("[1, 1000]", "", "choice",
                                "A loop beyond this after optimisation is rejected."));
 }
@@ -146,30 +138,28 @@ struct AliasingConfig {
   /// To see whether a place repeats, loops are moved to keyframes of the same map at least so far
   /// away, metres.
   static constexpr double kMinShiftM = 4.0;
+  /// They fit there as well if of the structure facing the shift this share coincides, of what
+  /// coincides here; measured.
   double alike_share = 0.8;
   /// A place is below a ceiling if this share of its ground has structure above it.
   static constexpr double kRoofedShare = 0.5;
+  /// A place below a ceiling may be another storey if this share of the structure lies in the
+  /// other's free space, and the geometric mean of that and of what stands in one session alone is
+  /// as large; measured.
   double changed_share = 0.08;
 };
 
 template <std::same_as<AliasingConfig> C>
 consteval auto parameters_of(const C*) {
-  return parameter_table(
-      parameter<&C::alike_share>("[0.1, 2]", "", "measured",
-                                 "They fit there as well if of the structure facing the shift this "
-                                 "share coincides, of what coincides here."),
-      parameter<&C::changed_share>(
-          "[0, 1]", "", "measured",
-          "A place below a ceiling may be another storey if this share of the structure lies in "
-          "the other's free space, "
-          "and the geometric mean of that and of what stands in one session alone is as large."));
+  return parameter_table(internal_parameter<&C::alike_share>("[0.1, 2]"),
+                         internal_parameter<&C::changed_share>("[0, 1]"));
 }
 
 /// Pose graph optimisation.
 struct GraphConfig {
   double cauchy_scale = 3.5;
-  std::uint32_t max_iterations = 60;
-  double deformation_floor_m = 1.0;
+  std::uint32_t max_iterations = 60;  ///< of one solve
+  double deformation_floor_m = 1.0;   ///< deformation of a session that is always plausible
 };
 
 template <std::same_as<GraphConfig> C>
@@ -177,9 +167,8 @@ consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::cauchy_scale>("[0.1, 1000]", "", "paper",
                                   "xi of the paper's kernel, on whitened residuals."),
-      parameter<&C::max_iterations>("[1, 1000]", "", "choice", "Iterations of one solve."),
-      parameter<&C::deformation_floor_m>("[0, 100]", "m", "choice",
-                                         "Deformation of a session that is always plausible."));
+      internal_parameter<&C::max_iterations>("[1, 1000]"),
+      internal_parameter<&C::deformation_floor_m>("[0, 100]", "m"));
 }
 
 /// Radius search between aligned maps (paper section VI, equation for R).
@@ -197,8 +186,10 @@ consteval auto parameters_of(const C*) {
 /// `EvidenceDefaults` says.
 struct RefinementConfig {
   std::uint32_t window = 10;
+  /// Most keyframes of any session, outside the window, whose evidence is used: the nearest;
+  /// measured.
   std::uint32_t revisits = 10;
-  float reach_m = 30.0F;
+  float reach_m = 30.0F;  ///< keyframes outside the window are used within this distance; measured
   float cell_size_m = kFineCellSizeM;
 };
 
@@ -208,11 +199,8 @@ consteval auto parameters_of(const C*) {
       parameter<&C::window>(
           "[0, 100]", "keyframes", "measured",
           "Keyframes before and after one whose evidence is used; 0: no refinement."),
-      parameter<&C::revisits>("[0, 1000]", "keyframes", "measured",
-                              "Most keyframes of any session, outside the window, whose evidence "
-                              "is used: the nearest."),
-      parameter<&C::reach_m>("[1, 500]", "m", "measured",
-                             "Keyframes outside the window are used within this distance."),
+      internal_parameter<&C::revisits>("[0, 1000]", "keyframes"),
+      internal_parameter<&C::reach_m>("[1, 500]", "m"),
       parameter<&C::cell_size_m>("[0.05, 1]", "m", "as onboard",
                                  "Edge of the voxels of refinement: that of the robots' fine "
                                  "cells (voxel.fine_size_m). Another one is warned of."));

@@ -47,7 +47,9 @@ struct KeyframeConfig {
   float range_min_m = 0.5F;
   float range_max_m = 120.0F;
   float downsample_leaf_m = 0.0F;
+  /// The pose may move this far from one scan to the next: farther is a jump of the odometry.
   float max_pose_step_m = 10.0F;
+  /// After a gap between scans the pose may move this speed times the gap: no robot is faster.
   float max_speed_mps = 60.0F;
   std::uint32_t max_points_per_scan = 131072;
 
@@ -69,11 +71,8 @@ consteval auto parameters_of(const C*) {
       parameter<&C::downsample_leaf_m>("0 or [0.02, 2]", "m", "choice",
                                        "Of each scan only one point per cube of this size takes "
                                        "part in the mapping, the others get its label; 0: all do."),
-      parameter<&C::max_pose_step_m>("[0.001, 1000]", "m", "choice",
-                                     "The pose may move this far from one scan to the next."),
-      parameter<&C::max_speed_mps>("[0, 1000]", "m/s", "choice",
-                                   "After a gap between scans the pose may move this speed times "
-                                   "the gap."),
+      internal_parameter<&C::max_pose_step_m>("[0.001, 1000]", "m"),
+      internal_parameter<&C::max_speed_mps>("[0, 1000]", "m/s"),
       parameter<&C::max_points_per_scan>("[16, 4194304]", "points", "sensor",
                                          "Capacity of a scan; what comes beyond is labelled static "
                                          "and counted."));
@@ -121,7 +120,8 @@ consteval auto parameters_of(const C*) {
 
 /// Ground and candidates (paper section IV-B).
 struct GroundConfig {
-  float max_tilt_deg = 30.0F;
+  /// Ground normals lean at most this far from up, degrees (theta_A of the paper).
+  static constexpr double kMaxTiltDeg = 30.0;
   float margin_m = 0.05F;
   /// A plane with points at most this far below it is a roof or a canopy, metres.
   static constexpr float kBelowDepthM = 12.0F;
@@ -141,8 +141,6 @@ struct GroundConfig {
 template <std::same_as<GroundConfig> C>
 consteval auto parameters_of(const C*) {
   return parameter_table(
-      parameter<&C::max_tilt_deg>("[0.001, 80]", "°", "paper",
-                                  "theta_A: ground normals lean at most this far from up."),
       parameter<&C::margin_m>("[-0.5, 1]", "m", "measured; paper: 0.1",
                               "m_th: points lower than this above the ground plane are ground."),
       parameter<&C::own_plane_first>("measured; paper: false",
@@ -186,6 +184,7 @@ struct FreeSpaceConfig {
   float elevation_max_deg = 45.0F;
   float range_margin_m = EvidenceDefaults::kRangeMarginM;
   float full_weight_range_m = 0.0F;
+  /// Images of the keyframe itself are evidence too; not of a survey, whose points nothing moved.
   bool own_keyframe = true;
   float ray_spacing_deg = 0.0F;
   float ring_spacing_deg = 0.0F;
@@ -238,7 +237,7 @@ consteval auto parameters_of(const C*) {
                                          "room there is between two rays. Preset where "
                                          "neighbouring rays are two fine cells apart; 0: always in "
                                          "full."),
-      parameter<&C::own_keyframe>("measured", "Images of the keyframe itself are evidence too."),
+      no_parameter<&C::own_keyframe>(),
       parameter<&C::ray_spacing_deg>(
           "[0, 30]", "°", "sensor",
           "Between two rays of a ring, as pixels and full_weight_range_m "

@@ -22,6 +22,7 @@ struct DescriptorConfig {
   float column_size_m = 0.3F;
   float window_m = 0.7F;
   float suppression_radius_m = 2.0F;
+  /// Corner candidates considered before suppression, no fewer than `max_keypoints`.
   std::uint32_t max_candidates = 4096;
 
   /// `kOk`, or what is wrong in words.
@@ -45,9 +46,7 @@ consteval auto parameters_of(const C*) {
           "Neighbourhood over which a corner is evaluated, standard deviation."),
       parameter<&C::suppression_radius_m>("[0.5, 10]", "m", "STD",
                                           "No two keypoints lie closer than this."),
-      parameter<&C::max_candidates>("[8, 65535]", "", "choice",
-                                    "Corner candidates considered before suppression, no fewer "
-                                    "than max_keypoints."));
+      internal_parameter<&C::max_candidates>("[8, 65535]"));
 }
 
 /// What the cells are like that `PlaceDescriber` is given: follows from the stage before.
@@ -86,17 +85,22 @@ consteval auto parameters_of(const C*) {
 /// Parameters of `PlaceDatabase` (paper section V-B).
 struct LoopSearchConfig {
   std::uint32_t max_places = 2000;
-  std::uint32_t max_results = 8;
-  TriangleConfig triangles;  ///< triangles of keypoints
+  std::uint32_t max_results = 8;  ///< candidates returned per search
+  TriangleConfig triangles;       ///< triangles of keypoints
+  /// Two sides are equal within this; absolute, because it comes from the keypoints' noise and not
+  /// from the side's length.
   float side_tolerance_m = 0.2F;
-  float dot_tolerance = 0.35F;
+  /// Two dot products of normals are equal within this; measured.
+  static constexpr float kDotTolerance = 0.35F;
   std::uint32_t max_code_difference = 6;
   std::uint32_t max_bucket = 4096;
   std::uint32_t max_compared = 220000;
-  std::uint32_t max_matches = 1U << 16U;
+  std::uint32_t max_matches = 1U << 16U;  ///< matched triangles kept per search
   std::uint32_t max_candidates = 32;
+  /// Most poses of one session examined after voting: one that resembles everything keeps no others
+  /// out; 0: no limit.
   std::uint32_t max_per_session = 0;
-  std::uint32_t max_verified = 4;
+  std::uint32_t max_verified = 4;  ///< candidates whose planes are compared
   float accept_confidence = 0.97F;
 
   /// `kOk`, or what is wrong in words.
@@ -108,13 +112,8 @@ consteval auto parameters_of(const C*) {
   return parameter_table(
       parameter<&C::max_places>("[1, 1048576]", "", "choice",
                                 "Capacity: stored places; the most redundant one makes room."),
-      parameter<&C::max_results>("[1, 256]", "", "choice", "Candidates returned per search."),
-      parameters_in<&C::triangles>(),
-      parameter<&C::side_tolerance_m>("[0.05, 1.2]", "m", "measured",
-                                      "Two sides are equal within this; absolute, because it comes "
-                                      "from the keypoints' noise and not from the side's length."),
-      parameter<&C::dot_tolerance>("[0, 1]", "", "measured",
-                                   "Two dot products of normals are equal within this."),
+      internal_parameter<&C::max_results>("[1, 256]"), parameters_in<&C::triangles>(),
+      internal_parameter<&C::side_tolerance_m>("[0.05, 1.2]", "m"),
       parameter<&C::max_code_difference>("[0, 24]", "", "measured",
                                          "Bands of height, of 24, in which the columns at the "
                                          "three vertices may differ."),
@@ -124,14 +123,10 @@ consteval auto parameters_of(const C*) {
                                   "Stored triangles a search compares: bounds its time however "
                                   "many places there are. Beyond, the query's triangles of farther "
                                   "neighbours are left out."),
-      parameter<&C::max_matches>("[64, 16777216]", "", "choice",
-                                 "Matched triangles kept per search."),
+      internal_parameter<&C::max_matches>("[64, 16777216]"),
       parameter<&C::max_candidates>("[1, 256]", "", "measured", "Poses examined after voting."),
-      parameter<&C::max_per_session>("[0, 256]", "", "choice",
-                                     "Most poses of one session examined after voting: one that "
-                                     "resembles everything keeps no others out; 0: no limit."),
-      parameter<&C::max_verified>("[1, 256]", "", "measured",
-                                  "Candidates whose planes are compared."),
+      internal_parameter<&C::max_per_session>("[0, 256]"),
+      internal_parameter<&C::max_verified>("[1, 256]"),
       parameter<&C::accept_confidence>("[0, 1]", "", "measured",
                                        "Candidates that are right with at least this probability "
                                        "are accepted."));

@@ -46,7 +46,7 @@ class Fingerprint {
   template <typename Config>
   void add_parameters(const Config& config) {
     Config copy = config;
-    for (const Parameter& parameter : kParameters<Config>) {
+    for (const Parameter& parameter : kCheckedParameters<Config>) {
       const void* value = parameter.address(&copy);
       switch (parameter.kind) {
         case ParameterKind::kSwitch:

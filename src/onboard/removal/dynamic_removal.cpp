@@ -82,8 +82,7 @@ bool DynamicRemoval::do_slice(const CellStore& store, EvidenceWindow& window) no
       voxels_.find_planes(cells_.grid(), loop_.next(voxels.size(), kMostPlanes));
       return !loop_.is_over();
     case Stage::kGround:
-      ground_voxels_ =
-          find_ground(config_.ground, config_.voxel.coarse_size_m, viewpoint_.sensor_m, voxels);
+      ground_voxels_ = find_ground(config_.voxel.coarse_size_m, viewpoint_.sensor_m, voxels);
       return false;
     case Stage::kTransparentGround:
       ground_voxels_ -= transparent_.reject(window, cells_, voxels_);

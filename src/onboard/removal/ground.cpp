@@ -58,10 +58,9 @@ void average_donors(const GroundConfig& config, FixedHashMap<CoarseVoxel>& voxel
 
 }  // namespace
 
-std::uint32_t find_ground(const GroundConfig& config, float voxel_size_m,
-                          const Eigen::Vector3f& sensor_m,
+std::uint32_t find_ground(float voxel_size_m, const Eigen::Vector3f& sensor_m,
                           FixedHashMap<CoarseVoxel>& voxels) noexcept {
-  const auto min_up = static_cast<float>(cos_deg(config.max_tilt_deg));
+  const auto min_up = static_cast<float>(cos_deg(GroundConfig::kMaxTiltDeg));
   const auto depth = static_cast<std::int32_t>(GroundConfig::kBelowDepthM / voxel_size_m + 0.5F);
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < voxels.size(); ++i) {

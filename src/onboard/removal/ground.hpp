@@ -12,8 +12,7 @@ namespace unimapper::onboard {
 /// Marks the ground voxels G (paper section IV-B, equation 4): planes within theta_A of up,
 /// except those with points below them and those seen from below: `sensor_m` is where the sensor
 /// was, metres from the grid's origin. Returns how many there are. O(voxels).
-std::uint32_t find_ground(const GroundConfig& config, float voxel_size_m,
-                          const Eigen::Vector3f& sensor_m,
+std::uint32_t find_ground(float voxel_size_m, const Eigen::Vector3f& sensor_m,
                           FixedHashMap<CoarseVoxel>& voxels) noexcept;
 
 /// Gives every voxel in G and every neighbour of G (the candidates C) the plane that splits its
