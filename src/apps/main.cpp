@@ -61,6 +61,30 @@ std::string suggestion(const CLI::App& app, int argc, char** argv) {
   return {};
 }
 
+/// All commands by task, as help and docs/commands.md list them.
+void add_commands(CLI::App& app) {
+  using namespace unimapper::apps;
+  struct Task {
+    const char* name;
+    std::vector<void (*)(CLI::App&)> commands;
+  };
+  for (const auto& [name, commands] :
+       {Task{"Check a recording", {register_inspect}},
+        Task{"Map a drive", {register_onboard, register_odometry, register_export}},
+        Task{"Merge drives", {register_merge, register_project}},
+        Task{"Localise", {register_localise}}, Task{"Look", {register_view}},
+        Task{"Robots and a base", {register_base, register_watch, register_keys}},
+        Task{"Simulate and evaluate", {register_simulate, register_evaluate}}}) {
+    for (const auto& add : commands) {
+      add(app);
+      app.get_subcommands({}).back()->group(name);
+    }
+  }
+  // For those who build the project.
+  register_parameters(app);
+  register_reference(app);
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Scans in, one merged map out: onboard processing and map merging for LiDARs");
   app.name("unimapper");
@@ -70,21 +94,7 @@ int run(int argc, char** argv) {
       "Example:\n"
       "  unimapper onboard recordings/monday --sensor os2-128 --out runs/monday\n"
       "Every command has a --help of its own.");
-  unimapper::apps::register_simulate(app);
-  unimapper::apps::register_inspect(app);
-  unimapper::apps::register_keys(app);
-  unimapper::apps::register_onboard(app);
-  unimapper::apps::register_odometry(app);
-  unimapper::apps::register_view(app);
-  unimapper::apps::register_watch(app);
-  unimapper::apps::register_base(app);
-  unimapper::apps::register_merge(app);
-  unimapper::apps::register_localise(app);
-  unimapper::apps::register_project(app);
-  unimapper::apps::register_evaluate(app);
-  unimapper::apps::register_export(app);
-  unimapper::apps::register_parameters(app);
-  unimapper::apps::register_reference(app);
+  add_commands(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -110,6 +110,11 @@ void register_onboard(CLI::App& app) {
   add_input_options(*command, *options);
   add_output_options(*command, *options);
   add_link_options(*command, *options);
+  for (const char* name : {"--publish", "--key", "--share", "--share-doorbell", "--datagram-bytes",
+                           "--bytes-per-second", "--min-bytes-per-second", "--unacknowledged-bytes",
+                           "--spool", "--spool-bytes"}) {
+    command->get_option(name)->group("Sending and sharing");
+  }
   add_processing_options(*command, *options);
   command->add_flag("--dump-config", *dump, "Print the parameters that would be used, and stop");
   command->footer(

@@ -1,5 +1,6 @@
 // `unimapper reference`: all commands and options as the Markdown of docs/commands.md
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <map>
 #include <string>
@@ -35,22 +36,50 @@ std::string table_cell(const std::string& text) {
 
 class Reference {
  public:
+  /// The commands of `app` by task, with a table of contents before.
+  void print(const CLI::App& app) {
+    const auto shown = app.get_subcommands(is_shown);
+    std::cout << "\n| task | commands |\n|---|---|";
+    std::string task;
+    for (const CLI::App* command : shown) {
+      if (command->get_group() != task)
+        std::cout << (task.empty() ? "\n| " : " |\n| ") << (task = command->get_group()) << " |";
+      std::cout << " [" << command->get_name() << "](#unimapper-" << command->get_name() << ")";
+    }
+    std::cout << " |\n";
+    for (const CLI::App* command : shown) {
+      if (command->get_group() != task)
+        std::cout << "\n## " << (task = command->get_group()) << '\n';
+      print(*command, "unimapper " + command->get_name());
+    }
+  }
+
+ private:
+  static bool is_shown(const CLI::App* command) { return !command->get_group().empty(); }
+
   /// `command` and those below it.
   void print(const CLI::App& command, const std::string& name) {
-    std::cout << "\n## " << name << "\n\n" << command.get_description() << ".\n";
+    std::cout << "\n### " << name << "\n\n" << command.get_description() << ".\n";
     std::string usage = name;
     for (const CLI::Option* option : options_of(command)) {
       if (option->get_positional()) usage += " " + option->get_name(true);
     }
     const auto below = command.get_subcommands(is_shown);
-    if (below.empty()) std::cout << "\n    " << usage << " [OPTIONS]\n";
+    // Those without a name are options of which one is to be given.
+    const auto is_named = [](const CLI::App* next) { return !next->get_name().empty(); };
+    if (std::none_of(below.begin(), below.end(), is_named)) {
+      std::cout << "\n    " << usage << " [OPTIONS]\n";
+    }
     for (const std::string& group : groups_of(command)) print_group(command, group, name);
-    for (const CLI::App* next : below) print(*next, name + " " + next->get_name());
+    for (const CLI::App* next : below) {
+      if (is_named(next)) {
+        print(*next, name + " " + next->get_name());
+      } else {
+        print_table(next->get_description(), options_of(*next));
+      }
+    }
   }
 
-  static bool is_shown(const CLI::App* command) { return !command->get_group().empty(); }
-
- private:
   static std::vector<const CLI::Option*> options_of(const CLI::App& command) {
     return command.get_options([](const CLI::Option* option) {
       return !option->get_group().empty() && !option->check_lname("help");
@@ -79,7 +108,11 @@ class Reference {
         return;
       }
     }
-    std::cout << "\n| " << (is_shared ? group : "option") << " | |\n|---|---|\n";
+    print_table(is_shared ? group : "option", members);
+  }
+
+  static void print_table(const std::string& head, const std::vector<const CLI::Option*>& members) {
+    std::cout << "\n| " << head << " | |\n|---|---|\n";
     const CLI::Formatter formatter;
     for (const CLI::Option* option : members) {
       const bool is_positional = option->get_positional();
@@ -99,10 +132,7 @@ void register_reference(CLI::App& app) {
   command->group("");  // for those who build the project
   command->callback([&app] {
     std::cout << kCommandsPageHead;
-    Reference reference;
-    for (const CLI::App* shown : app.get_subcommands(Reference::is_shown)) {
-      reference.print(*shown, "unimapper " + shown->get_name());
-    }
+    Reference().print(app);
   });
 }
 
