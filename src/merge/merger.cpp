@@ -1,8 +1,7 @@
-// Stages of a merge, from loop search to the unified map (paper section VI).
+// Stages of a merge, from loop search to poses, and the whole of it (paper section VI).
 #include "unimapper/merge/merger.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -11,21 +10,17 @@
 #include <stdexcept>
 #include <utility>
 
-#include "parallel.hpp"
 #include "src/merge/graph/map_level.hpp"
-#include "src/merge/graph/position_sigma.hpp"
 #include "src/merge/graph/site_origin.hpp"
 #include "src/merge/loops/loop_source.hpp"
 #include "src/merge/loops/radius_search.hpp"
 #include "src/merge/loops/searched_loops.hpp"
-#include "src/merge/map/changes.hpp"
-#include "src/merge/map/unified_map.hpp"
+#include "src/merge/map_stages.hpp"
 #include "src/merge/registration/weak_axis.hpp"
 #include "src/merge/sessions/central_score.hpp"
 #include "src/merge/sessions/odometry_step.hpp"
 #include "src/merge/sessions/seen_extent.hpp"
 #include "src/merge/sessions/session_check.hpp"
-#include "src/merge/sessions/session_path.hpp"
 #include "unimapper/merge/alignment.hpp"
 
 namespace unimapper::merge {
@@ -43,24 +38,23 @@ std::string unconstrained_along(const LoopConstraint& loop) {
   return std::string(", unconstrained along ") + "xyz"[most];
 }
 
-class Merger {
+/// Loops, poses and what was decided on each.
+class PoseMerge {
  public:
-  Merger(const std::vector<SessionData>& sessions, const MergeConfig& config,
-         const std::function<void(const std::string&)>& progress, const UserStatements& statements,
-         LoopSource* loops = nullptr, const std::filesystem::path& scratch = {})
+  PoseMerge(const std::vector<SessionData>& sessions, const MergeConfig& config,
+            const std::function<void(const std::string&)>& progress,
+            const UserStatements& statements, LoopSource& loops)
       : sessions_(sessions),
         config_(config),
-        progress_(progress),
         statements_(statements),
-        loops_(loops) {
+        loops_(loops),
+        stages_(progress, result_.timing) {
     for (const SessionData& session : sessions) {
       against_odometry_.push_back(reason_against_odometry(session));
     }
-    if (!scratch.empty()) scratch_ = std::make_shared<ScratchFile>(scratch);
   }
 
-  /// Loops, poses and what was decided on each.
-  void find_poses() {
+  MergeResult find_poses() {
     find_intra_session_loops();
     find_inter_session_loops();
     align();
@@ -68,48 +62,10 @@ class Merger {
     level_map();
     transform_sessions();
     record_loops();
-  }
-
-  /// Labels, map and changes of poses that were found.
-  MergeResult finish_map() {
-    refine_labels();
-    return finish();
-  }
-
-  /// A merge without labels, map and changes.
-  MergeResult run_to_poses() {
-    find_poses();
     return std::move(result_);
-  }
-
-  /// The rest of a merge whose poses and loops are known.
-  MergeResult complete(MergeResult posed) {
-    result_ = std::move(posed);
-    return finish_map();
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
-  MergeResult finish() {
-    record_edges();
-    find_uncertainty();
-    build_map();
-    find_changed_points();
-    return std::move(result_);
-  }
-
-  void begin(const std::string& stage) {
-    if (progress_) progress_(stage);
-    started_ = Clock::now();
-    stage_ = stage;
-  }
-  void end(const std::string& outcome = {}) {
-    const std::chrono::duration<double> elapsed = Clock::now() - started_;
-    result_.timing.push_back({stage_, elapsed.count()});
-    if (progress_ && !outcome.empty()) progress_(outcome);
-  }
-
   /// All loops are recorded, and those verified go to the pose graph. Returns the outcome in words.
   std::string take(std::vector<LoopConstraint> loops) {
     std::size_t verified = 0;
@@ -135,22 +91,22 @@ class Merger {
   }
 
   void find_intra_session_loops() {
-    begin("intra-session loops");
-    const std::string outcome = take(loops_->within_sessions());
+    stages_.begin("intra-session loops");
+    const std::string outcome = take(loops_.within_sessions());
     scores_ = central_scores(sessions_, result_.loops);
-    end(outcome);
+    stages_.end(outcome);
   }
 
   void find_inter_session_loops() {
-    begin("inter-session loops");
-    const std::string outcome = take(loops_->between_sessions());
-    take(loops_->links());
+    stages_.begin("inter-session loops");
+    const std::string outcome = take(loops_.between_sessions());
+    take(loops_.links());
     by_descriptor_ = result_.loops.size();
-    end(outcome);
+    stages_.end(outcome);
   }
 
   void align() {
-    begin("alignment of sessions");
+    stages_.begin("alignment of sessions");
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       AlignmentSession session;
       session.central_score = scores_[s];
@@ -166,7 +122,7 @@ class Merger {
     add_positions();
     alignment_ =
         align_sessions(alignment_sessions_, constraints_, config_,
-                       [&](const Placement& placement) { return loops_->evaluate(placement); });
+                       [&](const Placement& placement) { return loops_.evaluate(placement); });
     for (std::size_t s = 0; s < sessions_.size(); ++s) {
       if (!against_odometry_[s].empty()) alignment_.reason[s] = against_odometry_[s];
     }
@@ -175,8 +131,8 @@ class Merger {
     }
     const auto connected =
         std::count(alignment_.connected.begin(), alignment_.connected.end(), true);
-    end(std::to_string(connected) + " of " + std::to_string(sessions_.size()) +
-        " sessions connected");
+    stages_.end(std::to_string(connected) + " of " + std::to_string(sessions_.size()) +
+                " sessions connected");
   }
 
   /// Positions relative to an origin near them, and up in the frames of all sessions: known
@@ -204,15 +160,15 @@ class Merger {
   }
 
   void refine_poses() {
-    begin("radius loops and refinement of poses");
+    stages_.begin("radius loops and refinement of poses");
     std::vector<LoopConstraint> known;
     for (std::size_t i = 0; i < constraints_.size(); ++i) {
       if (alignment_.decisions[i].accepted) known.push_back(constraints_[i]);
     }
     const auto candidates = find_radius_candidates(sessions_, alignment_, known, config_);
-    const std::string outcome = take(loops_->near_each_other(candidates));
+    const std::string outcome = take(loops_.near_each_other(candidates));
     alignment_ = refine_alignment(alignment_, alignment_sessions_, constraints_, config_);
-    end(outcome);
+    stages_.end(outcome);
   }
 
   /// Moves the map so that its frame is the site frame about the origin.
@@ -301,22 +257,6 @@ class Merger {
     });
   }
 
-  /// After alignment, because keyframes of other sessions contribute.
-  void refine_labels() {
-    begin("refinement of labels");
-    std::vector<PosedSession> posed;
-    for (std::size_t s = 0; s < sessions_.size(); ++s) {
-      const MergedSession& merged = result_.sessions[s];
-      const bool alone = !is_in_map(merged.status);
-      posed.push_back({&sessions_[s], merged.T_map_keyframe, alone ? s + 1 : 0});
-    }
-    auto refined = merge::refine(posed, config_.refinement, config_.threads);
-    for (std::size_t s = 0; s < sessions_.size(); ++s) {
-      result_.sessions[s].refined = std::move(refined[s]);
-    }
-    end();
-  }
-
   void record_loops() {
     for (std::size_t i = by_descriptor_; i < result_.loops.size(); ++i) {
       result_.loops[i].confidence = static_cast<float>(result_.loops[i].overlap);
@@ -333,88 +273,12 @@ class Merger {
     }
   }
 
-  /// The accepted loops, then odometry.
-  void record_edges() {
-    for (const LoopConstraint& loop : result_.loops) {
-      if (!loop.decision.accepted) continue;
-      result_.graph_edges.push_back(loop);
-      result_.graph_edges.back().decision.reason.clear();
-    }
-    for (std::size_t s = 0; s < sessions_.size(); ++s) record_odometry(s);
-  }
-
-  void record_odometry(std::size_t session) {
-    std::vector<Pose> odometry;
-    for (const KeyframeRecord& keyframe : sessions_[session].keyframes) {
-      odometry.push_back(keyframe.T_odometry_keyframe);
-    }
-    const SessionPath path(odometry, config_.odometry);
-    for (std::size_t k = 1; k < odometry.size(); ++k) {
-      LoopConstraint edge;
-      edge.match = {session, k - 1};
-      edge.query = {session, k};
-      edge.T_match_query = odometry[k - 1].inverse() * odometry[k];
-      edge.information = path.information(k - 1, k);
-      edge.overlap = 1.0;
-      result_.graph_edges.push_back(edge);
-    }
-  }
-
-  void build_map() {
-    begin("unified map");
-    voxels_.resize(sessions_.size());
-    result_.dynamic_points = ExternalVector<Eigen::Vector3f>(scratch_);
-    for (std::size_t s = 0; s < sessions_.size(); ++s) {
-      if (!is_connected(s)) continue;
-      LabelledVoxels voxels = voxelise(sessions_[s], result_.sessions[s], config_.map.voxel_size_m,
-                                       config_.threads, scratch_);
-      voxels.dynamic.visit([&](VoxelKey key, const SessionVoxels::Voxel& voxel) {
-        result_.dynamic_points.push_back(voxel.position(key, config_.map.voxel_size_m));
-      });
-      voxels_[s] = std::move(voxels.fixed);
-    }
-    result_.map = unite(connected_voxels(), scratch_);
-    end(std::to_string(result_.map.size()) + " points");
-  }
-
-  void find_uncertainty() {
-    std::vector<std::vector<double>> sigmas_m =
-        position_sigmas_m(sessions_, result_, config_.odometry);
-    for (std::size_t s = 0; s < sessions_.size(); ++s) {
-      result_.sessions[s].position_sigma_m = std::move(sigmas_m[s]);
-    }
-  }
-
-  void find_changed_points() {
-    begin("changes between sessions");
-    Changes changes = find_changes(sessions_, result_.sessions, connected_voxels(), config_);
-    result_.changes = std::move(changes.points);
-    result_.changed_objects = std::move(changes.objects);
-    end(std::to_string(result_.changed_objects.size()) + " objects, " +
-        std::to_string(result_.changes.size()) + " points");
-  }
-
-  [[nodiscard]] bool is_connected(std::size_t session) const {
-    return is_in_map(result_.sessions[session].status);
-  }
-
-  /// Voxels by session; null for sessions that are not connected.
-  [[nodiscard]] std::vector<const SessionVoxels*> connected_voxels() const {
-    std::vector<const SessionVoxels*> connected(sessions_.size(), nullptr);
-    for (std::size_t s = 0; s < sessions_.size(); ++s) {
-      if (is_connected(s)) connected[s] = &voxels_[s];
-    }
-    return connected;
-  }
-
   const std::vector<SessionData>& sessions_;
   const MergeConfig& config_;
-  const std::function<void(const std::string&)>& progress_;
   const UserStatements& statements_;
-  LoopSource* loops_;  // null where poses are known
+  LoopSource& loops_;
   MergeResult result_;
-  Clock::time_point started_;
-  std::string stage_;
+  StageTimes stages_;
 
   // Loops that registration verified, and where each stands in `result_.loops`.
   std::vector<LoopConstraint> constraints_;
@@ -427,8 +291,6 @@ class Merger {
   Alignment alignment_;
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();  // of the map frame, in the site frame
   std::vector<Eigen::Vector3d> origins_;  // by session, of the poses here, in its odometry frame
-  std::shared_ptr<ScratchFile> scratch_;  ///< null: voxels and map stay in memory
-  std::vector<SessionVoxels> voxels_;
 };
 
 /// Loops of a merge that is made once, with what they need.
@@ -459,10 +321,10 @@ MergeResult merge_sessions(const std::vector<SessionData>& sessions, const Merge
   check_input(sessions, config);
   check_statements(statements, sessions);
   auto searched = std::make_unique<Searched>(sessions, config, statements, outcomes);
-  Merger merger(sessions, config, progress, statements, &searched->loops, scratch);
-  merger.find_poses();
+  MergeResult posed =
+      PoseMerge(sessions, config, progress, statements, searched->loops).find_poses();
   searched.reset();  // nobody asks for loops any more, and their clouds are large
-  return merger.finish_map();
+  return finish_map(sessions, std::move(posed), config, progress, scratch);
 }
 
 MergeResult merge_poses(const std::vector<SessionData>& sessions, const MergeConfig& config,
@@ -477,7 +339,7 @@ MergeResult merge_poses_of(const std::vector<SessionData>& sessions, const Merge
                            const UserStatements& statements, LoopSource& loops) {
   check_input(sessions, config);
   check_statements(statements, sessions);
-  return Merger(sessions, config, progress, statements, &loops).run_to_poses();
+  return PoseMerge(sessions, config, progress, statements, loops).find_poses();
 }
 
 std::string drift_text(const std::vector<SessionData>& sessions, const MergeResult& result) {
@@ -502,8 +364,7 @@ MergeResult complete_merge(const std::vector<SessionData>& sessions, MergeResult
     fits = posed.sessions[s].T_map_keyframe.size() == sessions[s].keyframes.size();
   }
   if (!fits) throw std::invalid_argument("the poses are of other sessions");
-  const UserStatements none;
-  return Merger(sessions, config, progress, none, nullptr, scratch).complete(std::move(posed));
+  return finish_map(sessions, std::move(posed), config, progress, scratch);
 }
 
 }  // namespace unimapper::merge

@@ -2,13 +2,13 @@
 #include "unimapper/merge/alignment.hpp"
 
 #include <algorithm>
-#include <map>
 #include <numeric>
 #include <tuple>
 #include <utility>
 
 #include "alignment_problem.hpp"
 #include "drift_scale.hpp"
+#include "session_pairs.hpp"
 #include "site_frame.hpp"
 #include "src/core/union_find.hpp"
 #include "src/merge/loops/loop_acceptance.hpp"
@@ -18,41 +18,7 @@ namespace unimapper::merge {
 namespace {
 
 constexpr int kMaxDriftRounds = 8;
-// With so many distinct loops a pair is as good as one with more: no rule of acceptance asks for
-// half of them.
-constexpr std::size_t kPlenty = 10;
 constexpr const char* kContradictsMap = "contradicts the maps merged before";
-
-/// The loops of two sessions, the lower index as match, and their consistency set.
-struct SessionPair {
-  std::size_t query = 0;
-  std::size_t match = 0;
-  std::vector<std::size_t> loops;  ///< indices into the problem's loops
-  ConsistencySet set;              ///< inliers are positions in `loops`
-  bool open = false;               ///< confirmed by its loops, not yet joined or rolled back
-  bool linked = false;             ///< by a person
-  bool is_checked = false;         ///< the sensor data have been asked
-  std::vector<double> off_site_m;  ///< of loops that positions contradict: how far they are off
-  ExcludedBeyond beyond;           ///< what positions exclude
-
-  /// Order in which pairs connect sessions: by distinct loops up to as many as are plenty, then the
-  /// session that was added earlier, then by all distinct loops. So a session that is added later
-  /// takes no place of pairs that have plenty, and these need no check anew.
-  [[nodiscard]] auto strength() const {
-    return std::make_tuple(std::min(set.distinct, kPlenty), -static_cast<std::ptrdiff_t>(query),
-                           set.distinct);
-  }
-
-  /// Positions in `loops` as indices into the problem's loops.
-  [[nodiscard]] std::vector<std::size_t> at(const std::vector<std::size_t>& positions) const {
-    std::vector<std::size_t> indices;
-    indices.reserve(positions.size());
-    for (const std::size_t i : positions) indices.push_back(loops[i]);
-    return indices;
-  }
-  /// The inliers as indices into the problem's loops.
-  [[nodiscard]] std::vector<std::size_t> inliers() const { return at(set.inliers); }
-};
 
 class SessionAligner {
  public:
@@ -62,8 +28,9 @@ class SessionAligner {
   void run() {
     for (std::size_t s = 0; s < problem_.sessions.size(); ++s) close_intra_session_loops(s);
     place_by_positions();
-    form_pairs();
-    for (int round = 0; round < kMaxDriftRounds && adapt_drift(); ++round) form_pairs();
+    pairs_ = form_pairs(problem_);
+    for (int round = 0; round < kMaxDriftRounds && adapt_drift(); ++round)
+      pairs_ = form_pairs(problem_);
     check_spanning_pairs();
     choose_central();
     fit_central_to_positions();
@@ -154,113 +121,11 @@ class SessionAligner {
     }
   }
 
-  /// Removes loops that contradict the positions of both sessions from those of the pair: whole
-  /// sets that stand or fall with the loop of which positions know most, then single ones.
-  void remove_contradicting(SessionPair& pair, const std::vector<SessionPath>& paths) {
-    constexpr int kMaxSets = 4;
-    const auto& query = problem_.sites[pair.query];
-    const auto& match = problem_.sites[pair.match];
-    if (!query || !match || pair.linked) return;
-    for (int i = 0; i < kMaxSets; ++i) {
-      pair.set = set_of(pair, paths);
-      const std::vector<std::size_t> inliers = pair.inliers();
-      const auto off_m = set_contradiction_m(problem_.select(inliers), *query, *match);
-      if (!off_m) break;
-      for (const std::size_t loop : inliers) remove_loop(pair, loop, *off_m);
-    }
-    for (const std::size_t loop : std::vector(pair.loops)) {
-      const SiteComparison found = compare_with_sites(problem_.loops[loop], *query, *match);
-      if (found.chi2 > kPositionChi2) remove_loop(pair, loop, found.discrepancy_m.norm());
-    }
-  }
-
-  void remove_loop(SessionPair& pair, std::size_t loop, double off_m) {
-    std::erase(pair.loops, loop);
-    problem_.decisions[loop] = {false, kContradictsPositions};
-    pair.off_site_m.push_back(off_m);
-  }
-
-  /// What positions tell of a pair beyond its loops: where it is refused, that most of them
-  /// contradict positions; where nothing but its place is uncertain, whether that is known.
-  void complete_by_positions(SessionPair& pair) {
-    const auto& query = problem_.sites[pair.query];
-    const auto& match = problem_.sites[pair.match];
-    ConsistencySet& set = pair.set;
-    if (set.state == PairState::kRefused && pair.off_site_m.size() > pair.loops.size()) {
-      set.reason = contradiction_text(pair.off_site_m, pair.off_site_m.size() + pair.loops.size());
-    }
-    if (!query || !match || set.state == PairState::kRefused) return;
-    pair.beyond = excluded_beyond(problem_.select(pair.inliers()), *query, *match);
-    const double near = AliasingConfig::kMinShiftM;
-    if (!(pair.beyond.horizontal_m < near && pair.beyond.vertical_m < near)) return;
-    set.is_one_place = false;
-    if (!set.is_weak_along_axis) return;
-    set.state = PairState::kConfirmed;
-    set.reason.clear();
-  }
-
-  void form_pairs() {
-    pairs_.clear();
-    std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> loops;
-    for (std::size_t i = 0; i < problem_.loops.size(); ++i) {
-      const LoopConstraint& loop = problem_.loops[i];
-      if (!loop.is_intra_session()) loops[{loop.match.session, loop.query.session}].push_back(i);
-    }
-    std::vector<SessionPath> paths;
-    for (std::size_t s = 0; s < problem_.sessions.size(); ++s) {
-      paths.push_back(problem_.state.odometry[s].with_poses(problem_.state.T_session_keyframe[s]));
-    }
-    for (std::size_t match = 0; match < problem_.sessions.size(); ++match) {
-      for (std::size_t query = match + 1; query < problem_.sessions.size(); ++query) {
-        SessionPair pair = form_pair(query, match, std::move(loops[{match, query}]), paths);
-        reject(pair, pair.open ? kOutsideConsistencySet : pair.set.reason);
-        pairs_.push_back(std::move(pair));
-      }
-    }
-  }
-
-  [[nodiscard]] SessionPair form_pair(std::size_t query, std::size_t match,
-                                      std::vector<std::size_t> of_pair,
-                                      const std::vector<SessionPath>& paths) {
-    SessionPair pair;
-    pair.query = query;
-    pair.match = match;
-    pair.loops = std::move(of_pair);
-    pair.linked = has_person_link(problem_.select(pair.loops));
-    remove_contradicting(pair, paths);
-    pair.set = set_of(pair, paths);
-    complete_by_positions(pair);
-    pair.open = pair.set.state == PairState::kConfirmed;
-    return pair;
-  }
-
-  [[nodiscard]] ConsistencySet set_of(const SessionPair& pair,
-                                      const std::vector<SessionPath>& paths) const {
-    const std::vector<LoopConstraint> loops = problem_.select(pair.loops);
-    const AcceptanceConfig rules =
-        scaled_to_extent(problem_.config.acceptance, extent_m(pair.query, pair.match));
-    const SessionPath& query = paths[pair.query];
-    const SessionPath& match = paths[pair.match];
-    return pair.linked ? linked_consistency(loops, query, match, rules)
-                       : inter_session_consistency(loops, query, match, rules);
-  }
-
-  /// Visible extent of the session which sees farther, metres; 0 if either is unknown.
-  [[nodiscard]] double extent_m(std::size_t a, std::size_t b) const {
-    const auto [nearer, farther] =
-        std::minmax(problem_.sessions[a].extent_m, problem_.sessions[b].extent_m);
-    return nearer > 0.0 ? farther : 0.0;
-  }
-
-  void reject(const SessionPair& pair, const std::string& reason) {
-    for (const std::size_t i : pair.loops) problem_.decisions[i] = {false, reason};
-  }
-
   /// Refuses a pair whose loops are consistent, but whose maps do not fit.
   void refuse(SessionPair& pair, const std::string& reason) {
     pair.set.state = PairState::kRefused;
     pair.set.reason = reason;
-    reject(pair, reason);
+    reject(problem_, pair, reason);
   }
 
   /// Asks the sensor data about the pairs of a maximum spanning tree: all that it takes to connect
@@ -295,7 +160,7 @@ class SessionAligner {
     pair.set.state = pair.open ? PairState::kConfirmed : PairState::kProvisional;
     if (!pair.open && !pair.set.reason.empty()) pair.set.reason += "; ";
     pair.set.reason = pair.open ? "" : pair.set.reason + why;
-    reject(pair, pair.open ? kOutsideConsistencySet : pair.set.reason);
+    reject(problem_, pair, pair.open ? kOutsideConsistencySet : pair.set.reason);
     return pair.open;
   }
 
