@@ -21,7 +21,7 @@
 #include "ports/keys/signature.hpp"
 #include "ports/lcm/envelope.hpp"
 #include "ports/lcm/live.hpp"
-#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
 namespace {

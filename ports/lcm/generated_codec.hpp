@@ -7,7 +7,6 @@
 
 #include "unimapper/core/ids.hpp"
 #include "unimapper/wire/byte_io.hpp"
-#include "unimapper/wire/checksum.hpp"
 
 namespace unimapper::lcm_port {
 

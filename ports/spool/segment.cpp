@@ -5,7 +5,7 @@
 #include <charconv>
 #include <string_view>
 
-#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/byte_io.hpp"
 
 namespace unimapper::spool {
 

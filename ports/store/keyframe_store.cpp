@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "ports/store/session_key.hpp"
-#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/byte_io.hpp"
 
 namespace unimapper::store {
 

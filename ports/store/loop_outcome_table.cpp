@@ -4,7 +4,7 @@
 #include <span>
 
 #include "ports/store/number_bytes.hpp"
-#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/byte_io.hpp"
 
 namespace unimapper::store {
 

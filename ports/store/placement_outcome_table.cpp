@@ -2,7 +2,6 @@
 
 #include "ports/store/number_bytes.hpp"
 #include "unimapper/wire/byte_io.hpp"
-#include "unimapper/wire/checksum.hpp"
 
 namespace unimapper::store {
 

@@ -10,7 +10,7 @@
 #include "ports/store/result_checksum.hpp"
 #include "ports/store/store_file.hpp"
 #include "ports/store/transaction.hpp"
-#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/byte_io.hpp"
 
 namespace unimapper::store {
 

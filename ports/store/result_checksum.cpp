@@ -6,7 +6,7 @@
 #include <string>
 
 #include "ports/store/number_bytes.hpp"
-#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/byte_io.hpp"
 
 namespace unimapper::store {
 namespace {

@@ -3,7 +3,7 @@
 #include <chrono>
 
 #include "ports/store/session_key.hpp"
-#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/byte_io.hpp"
 
 namespace unimapper::store {
 

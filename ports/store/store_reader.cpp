@@ -9,7 +9,7 @@
 #include "ports/store/session_key.hpp"
 #include "ports/store/store_file.hpp"
 #include "ports/store/transaction.hpp"
-#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 #include "unimapper/wire/receiver.hpp"
 

@@ -1,6 +1,7 @@
-#include "unimapper/wire/checksum.hpp"
-
+// CRC-32, by zlib.
 #include <zlib.h>
+
+#include "unimapper/wire/byte_io.hpp"
 
 namespace unimapper::wire {
 

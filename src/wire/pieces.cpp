@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
 namespace unimapper::wire {

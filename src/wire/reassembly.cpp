@@ -4,7 +4,7 @@
 #include <tuple>
 #include <utility>
 
-#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
 namespace unimapper::wire {

@@ -23,7 +23,7 @@
 #include "ports/lcm/received_log.hpp"
 #include "ports/lcm/sending.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 
 namespace {

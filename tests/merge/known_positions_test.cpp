@@ -2,7 +2,7 @@
 #include "src/merge/graph/site_origin.hpp"
 #include "tests/merge/ambiguous_scene.hpp"
 #include "tests/test.hpp"
-#include "unimapper/merge/known_position.hpp"
+#include "unimapper/merge/user_statements.hpp"
 
 using namespace unimapper;
 using namespace unimapper::merge;

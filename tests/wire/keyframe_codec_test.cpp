@@ -7,7 +7,6 @@
 #include "tests/wire/records.hpp"
 #include "tests/wire/same_record.hpp"
 #include "unimapper/wire/byte_io.hpp"
-#include "unimapper/wire/checksum.hpp"
 
 using namespace unimapper;
 using namespace unimapper::wire;

@@ -2,7 +2,7 @@
 #include "unimapper/wire/pieces.hpp"
 
 #include "tests/test.hpp"
-#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/messages.hpp"
 
 using namespace unimapper::wire;

@@ -1,7 +1,7 @@
 // Tests of a receiver whose keyframes go to a storage: what is said when, quotas, restarts.
 #include "tests/test.hpp"
 #include "tests/wire/receiving.hpp"
-#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 #include "unimapper/wire/receiver.hpp"
 

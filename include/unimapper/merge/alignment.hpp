@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "unimapper/core/pose.hpp"
-#include "unimapper/merge/known_position.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
+#include "unimapper/merge/user_statements.hpp"
 
 namespace unimapper::merge {
 

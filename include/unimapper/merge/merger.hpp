@@ -11,7 +11,6 @@
 #include "unimapper/core/keyframe_record.hpp"
 #include "unimapper/merge/alignment.hpp"
 #include "unimapper/merge/external_vector.hpp"
-#include "unimapper/merge/known_position.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/loop_outcomes.hpp"
 #include "unimapper/merge/merge_config.hpp"

@@ -1,4 +1,4 @@
-// Reading and writing of numbers in a fixed byte order.
+// Reading and writing of numbers in a fixed byte order; checksums of bytes.
 #pragma once
 
 #include <bit>
@@ -12,6 +12,9 @@ namespace unimapper::wire {
 
 /// A run of bytes in memory that the object does not own.
 using Bytes = std::span<const std::uint8_t>;
+
+/// CRC-32 as in zlib and Ethernet, of messages and keyframes; not in `wire_encoder`.
+std::uint32_t crc32(Bytes bytes);
 
 /// Appends numbers to a byte string, their highest byte first.
 class BigEndianWriter {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "src/merge/sessions/session_path.hpp"
-#include "unimapper/merge/known_position.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
+#include "unimapper/merge/user_statements.hpp"
 
 namespace unimapper::merge {
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "map_graph.hpp"
-#include "unimapper/merge/known_position.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/merge/pose_graph.hpp"
+#include "unimapper/merge/user_statements.hpp"
 
 namespace unimapper::merge {
 

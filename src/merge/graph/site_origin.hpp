@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "unimapper/core/keyframe_record.hpp"
-#include "unimapper/merge/known_position.hpp"
 #include "unimapper/merge/merger.hpp"
+#include "unimapper/merge/user_statements.hpp"
 
 namespace unimapper::merge {
 

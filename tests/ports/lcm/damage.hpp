@@ -3,7 +3,6 @@
 
 #include "tests/test.hpp"
 #include "unimapper/wire/byte_io.hpp"
-#include "unimapper/wire/checksum.hpp"
 
 namespace unimapper::lcm_port::lcm_test {
 

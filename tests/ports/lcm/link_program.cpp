@@ -18,7 +18,7 @@
 #include "ports/shared_memory/reader.hpp"
 #include "ports/spool/spool.hpp"
 #include "tests/wire/stream.hpp"
-#include "unimapper/wire/checksum.hpp"
+#include "unimapper/wire/byte_io.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
 #include "unimapper/wire/memory_storage.hpp"
 
