@@ -209,6 +209,11 @@ void register_simulate(CLI::App& app) {
       ->capture_default_str();
   add_sampling(*command, config.sampling);
   add_attitude(*command, *options);
+  for (const char* name :
+       {"--columns", "--rings", "--uneven-rings", "--mount-roll", "--mount-pitch",
+        "--odometry-start", "--points", "--attitude-noise", "--sway", "--distortion"}) {
+    command->get_option(name)->group("Mode, mounting and attitude");
+  }
   add_bags(*command, *options);
   command->add_option("--thin", config.thin, "Keep every n-th column (spinning) or shot")
       ->capture_default_str();
