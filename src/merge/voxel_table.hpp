@@ -1,6 +1,8 @@
 // Growing hash table from voxel keys to consecutive numbers.
 #pragma once
 
+#include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -15,7 +17,9 @@ class VoxelTable {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-  VoxelTable() : slots_(1024, kNone) {}
+  /// Without growing there is room for `expected` keys, at most a few thousand.
+  explicit VoxelTable(std::size_t expected = 0)
+      : slots_(std::bit_ceil(std::clamp<std::size_t>(2 * expected + 1, 1024, 16384)), kNone) {}
 
   /// Number of `key`, which may be new: then it is `size()` of before the call.
   std::uint32_t find_or_insert(VoxelKey key) {

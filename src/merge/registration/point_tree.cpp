@@ -126,28 +126,69 @@ std::uint32_t PointTree::nearest(const Eigen::Vector3f& query, float& squared_ga
   return found;
 }
 
+/// The nearest points so far, and others that may be among them. They are put in order many at a
+/// time, by counting those that are nearer: branches on single distances are not predictable.
+class PointTree::Candidates {
+ public:
+  explicit Candidates(std::size_t wanted) : wanted_(wanted) {}
+
+  /// Squared distance that what is nearest is closer than.
+  [[nodiscard]] float bound() const { return bound_; }
+
+  void add(const Eigen::Array<float, kLeaf, 1>& squared, const Leaf& leaf) {
+    for (std::size_t i = 0; i < kLeaf; ++i) {
+      squared_[count_] = squared[static_cast<Eigen::Index>(i)];
+      indices_[count_] = leaf.indices[i];
+      count_ += squared_[count_] < bound_ ? 1 : 0;
+    }
+    if (count_ >= next_) keep_nearest();
+  }
+
+  std::size_t write(std::span<Neighbor> found) {
+    keep_nearest();
+    for (std::size_t i = 0; i < count_; ++i) found[i] = {squared_[i], indices_[i]};
+    return count_;
+  }
+
+ private:
+  static constexpr std::size_t kMost = 48;
+
+  void keep_nearest() {
+    const std::size_t padded = (count_ + kLeaf - 1) / kLeaf * kLeaf;
+    std::fill(squared_.begin() + count_, squared_.begin() + padded, kInfinity);
+    std::array<float, kMost> squared;
+    std::array<std::uint32_t, kMost> indices;
+    std::fill_n(indices.begin(), count_, kNone);
+    for (std::size_t i = 0; i < count_; ++i) {
+      std::int32_t nearer = 0;
+      for (std::size_t j = 0; j < padded; ++j) nearer += squared_[j] < squared_[i] ? 1 : 0;
+      auto rank = static_cast<std::size_t>(nearer);
+      while (indices[rank] != kNone) ++rank;  // as near as another
+      squared[rank] = squared_[i];
+      indices[rank] = indices_[i];
+    }
+    count_ = std::min(count_, wanted_);
+    std::copy_n(squared.begin(), count_, squared_.begin());
+    std::copy_n(indices.begin(), count_, indices_.begin());
+    if (count_ == wanted_) bound_ = squared_[count_ - 1];
+    next_ = wanted_ + (count_ == wanted_ ? kLeaf : 0);
+  }
+
+  std::size_t wanted_;
+  std::size_t next_ = wanted_;  ///< so many are put in order
+  std::size_t count_ = 0;
+  float bound_ = kInfinity;
+  std::array<float, kMost> squared_;
+  std::array<std::uint32_t, kMost> indices_;
+};
+
 std::size_t PointTree::nearest(const Eigen::Vector3f& query, std::span<Neighbor> found) const {
-  std::size_t count = 0;
-  float bound = kInfinity;
-  const auto insert = [&](const Neighbor& neighbor) {
-    if (count < found.size()) ++count;
-    std::size_t at = count - 1;
-    for (; at > 0 && neighbor.first < found[at - 1].first; --at) found[at] = found[at - 1];
-    found[at] = neighbor;
-    if (count == found.size()) bound = found.back().first;
-  };
   if (found.empty()) return 0;
+  Candidates candidates(std::min(found.size(), kMostNeighbors));
   visit(
-      query, [&] { return bound; },
-      [&](const Leaf& leaf) {
-        const auto squared = squared_distances(leaf, query);
-        if (!(squared.minCoeff() < bound)) return;
-        for (std::size_t i = 0; i < kLeaf; ++i) {
-          const float distance = squared[static_cast<Eigen::Index>(i)];
-          if (distance < bound) insert({distance, leaf.indices[i]});
-        }
-      });
-  return count;
+      query, [&] { return candidates.bound(); },
+      [&](const Leaf& leaf) { candidates.add(squared_distances(leaf, query), leaf); });
+  return candidates.write(found);
 }
 
 std::uint64_t PointTree::bytes(std::size_t points) {

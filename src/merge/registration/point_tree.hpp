@@ -28,7 +28,11 @@ class PointTree {
   /// squared distance of what was found.
   [[nodiscard]] std::uint32_t nearest(const Eigen::Vector3f& query, float& squared_gate) const;
 
-  /// Fills `found` with the nearest points, the nearest first, and returns how many there are.
+  /// Of the nearest points.
+  static constexpr std::size_t kMostNeighbors = 16;
+
+  /// Fills `found`, at most `kMostNeighbors` of it, with the nearest points, the nearest first, and
+  /// returns how many there are.
   std::size_t nearest(const Eigen::Vector3f& query, std::span<Neighbor> found) const;
 
   /// Memory that a tree of so many points takes, roughly.
@@ -50,6 +54,8 @@ class PointTree {
     std::uint32_t other = 0;  ///< the node of the upper half; of a leaf its position
   };
   static constexpr std::uint32_t kIsLeaf = 3;
+
+  class Candidates;
 
   void build(std::span<const Eigen::Vector3f> points, std::span<std::uint32_t> indices);
   void add_leaf(std::span<const Eigen::Vector3f> points, std::span<const std::uint32_t> indices);

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "src/core/voxel_key.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/merge/pose_graph.hpp"
@@ -50,8 +51,9 @@ class RegistrationCloud {
   [[nodiscard]] std::uint32_t nearest(const Eigen::Vector3f& query, float& squared_gate) const;
 
  private:
-  void thin(const std::vector<Eigen::Vector3f>& points, const std::vector<std::uint8_t>& ground,
-            float leaf_m);
+  /// One point per voxel, in no order that means anything; the key of each voxel.
+  std::vector<VoxelKey> thin(float leaf_m);
+  void sort_by(const std::vector<VoxelKey>& keys);
   void estimate_covariances();
 
   std::vector<Eigen::Vector3f> points_;

@@ -2,11 +2,11 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "point_tree.hpp"
 #include "registration.hpp"
-#include "src/core/symmetric_eigen.hpp"
 #include "src/core/voxel_key.hpp"
 #include "src/merge/voxel_table.hpp"
 #include "surface_model.hpp"
@@ -14,21 +14,61 @@
 namespace unimapper::merge {
 namespace {
 
+/// Eigenvalues of a positive matrix whose trace is 1, ascending; the smallest may be too small
+/// where the others are near to it.
+Eigen::Vector3d eigenvalues(const Eigen::Matrix3d& m) {
+  const double c1 = m(0, 0) * m(1, 1) - m(0, 1) * m(0, 1) + m(0, 0) * m(2, 2) - m(0, 2) * m(0, 2) +
+                    m(1, 1) * m(2, 2) - m(1, 2) * m(1, 2);
+  const double c0 = m.determinant();
+  // Newton from zero approaches the smallest root from below.
+  constexpr int kMostSteps = 12;
+  constexpr double kSmallStep = 1e-7;
+  double low = 0.0;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const double slope = (3.0 * low - 2.0) * low + c1;
+    const double value = ((low - 1.0) * low + c1) * low - c0;
+    if (!(slope > 0.0) || !(-value > kSmallStep * slope)) break;
+    low -= value / slope;
+  }
+  const double half = 0.5 * (1.0 - low);
+  const double apart = std::sqrt(std::max(0.0, half * half - (c1 - 2.0 * half * low)));
+  return {low, half - apart, half + apart};
+}
+
+/// Unit eigenvector of an eigenvalue that is far from the others.
+Eigen::Vector3d eigenvector(Eigen::Matrix3d m, double value) {
+  m.diagonal().array() -= value;
+  // The rows span the plane across it.
+  const Eigen::Vector3d x = m.row(0);
+  const Eigen::Vector3d y = m.row(1);
+  const Eigen::Vector3d z = m.row(2);
+  Eigen::Vector3d longest = x.cross(y);
+  for (const Eigen::Vector3d& other : {Eigen::Vector3d(x.cross(z)), Eigen::Vector3d(y.cross(z))}) {
+    if (other.squaredNorm() > longest.squaredNorm()) longest = other;
+  }
+  return longest.normalized();
+}
+
 /// Covariance with the eigenvectors of the local scatter and standard eigenvalues: small across a
 /// surface, small in both directions across a pole, large along both, and isotropic for foliage.
 Eigen::Matrix3f regularised(const Eigen::Matrix3f& scatter) {
   constexpr float kAlong = 1.0F;
   constexpr float kIsotropic = 0.09F;
-  const SymmetricEigen<float> shape = symmetric_eigen<float>(scatter);
-  const Eigen::Vector3f& values = shape.values;
   constexpr float kThin = static_cast<float>(kPlaneSigmaM) * static_cast<float>(kPlaneSigmaM);
-  Eigen::Vector3f kept(kThin, kAlong, kAlong);
-  if (values[1] < 0.05F * values[2]) {
-    kept[1] = kThin;
-  } else if (values[0] > 0.3F * values[1]) {
-    kept.setConstant(kIsotropic);
+  const auto with = [](float along, float others, const Eigen::Vector3d& axis) {
+    const Eigen::Vector3f n = axis.cast<float>();
+    return Eigen::Matrix3f(others * Eigen::Matrix3f::Identity() +
+                           (along - others) * n * n.transpose());
+  };
+  const float trace = scatter.trace();
+  if (!(trace > std::numeric_limits<float>::min())) {
+    return with(kThin, kAlong, Eigen::Vector3d::UnitX());
   }
-  return shape.vectors * kept.asDiagonal() * shape.vectors.transpose();
+  const Eigen::Matrix3d m = scatter.cast<double>() / static_cast<double>(trace);
+  const Eigen::Vector3d values = eigenvalues(m);
+  if (values[1] < 0.05 * values[2]) return with(kAlong, kThin, eigenvector(m, values[2]));
+  if (values[0] > 0.3 * values[1]) return kIsotropic * Eigen::Matrix3f::Identity();
+  return with(kThin, kAlong, eigenvector(m, values[0]));
 }
 
 }  // namespace
@@ -36,18 +76,21 @@ Eigen::Matrix3f regularised(const Eigen::Matrix3f& scatter) {
 RegistrationCloud::RegistrationCloud(std::span<const Eigen::Vector3f> points,
                                      std::span<const std::uint8_t> ground,
                                      const RegistrationConfig& config) {
-  std::vector<Eigen::Vector3f> kept(points.begin(), points.end());
-  std::vector<std::uint8_t> kept_ground(ground.begin(), ground.end());
+  points_.reserve(points.size());
+  ground_.reserve(points.size());
+  const float limit_m = config.leaf_m * static_cast<float>(kVoxelAxisLimit - 1);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!points[i].allFinite() || points[i].cwiseAbs().maxCoeff() > limit_m) continue;
+    points_.push_back(points[i]);
+    ground_.push_back(ground.empty() ? 0 : ground[i]);
+  }
   float leaf_m = config.leaf_m;
-  thin(kept, kept_ground, leaf_m);
+  std::vector<VoxelKey> keys = thin(leaf_m);
   while (points_.size() > config.max_points) {
     leaf_m *= 1.3F;
-    kept = std::move(points_);
-    kept_ground = std::move(ground_);
-    points_.clear();
-    ground_.clear();
-    thin(kept, kept_ground, leaf_m);
+    keys = thin(leaf_m);
   }
+  sort_by(keys);
   tree_ = std::make_unique<PointTree>(points_);
   estimate_covariances();
 }
@@ -57,33 +100,42 @@ RegistrationCloud::~RegistrationCloud() = default;
 RegistrationCloud::RegistrationCloud(RegistrationCloud&&) noexcept = default;
 RegistrationCloud& RegistrationCloud::operator=(RegistrationCloud&&) noexcept = default;
 
-void RegistrationCloud::thin(const std::vector<Eigen::Vector3f>& points,
-                             const std::vector<std::uint8_t>& ground, float leaf_m) {
+std::vector<VoxelKey> RegistrationCloud::thin(float leaf_m) {
   const float inverse = 1.0F / leaf_m;
-  const float limit = leaf_m * static_cast<float>(kVoxelAxisLimit - 1);
   struct Voxel {
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
     std::uint32_t points = 0;
     std::uint32_t grounded = 0;
   };
-  VoxelTable table;
+  VoxelTable table(points_.size());
   std::vector<Voxel> voxels;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3f& p = points[i];
-    if (!p.allFinite() || p.cwiseAbs().maxCoeff() > limit) continue;
-    const std::uint32_t number = table.find_or_insert(pack(voxel_index(p, inverse)));
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const std::uint32_t number = table.find_or_insert(pack(voxel_index(points_[i], inverse)));
     if (number == voxels.size()) voxels.emplace_back();
     Voxel& voxel = voxels[number];
-    voxel.sum += p;
+    voxel.sum += points_[i];
     ++voxel.points;
-    if (!ground.empty()) voxel.grounded += ground[i] != 0 ? 1 : 0;
+    voxel.grounded += ground_[i] != 0 ? 1 : 0;
   }
+  points_.resize(voxels.size());
+  ground_.resize(voxels.size());
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    points_[i] = voxels[i].sum / static_cast<float>(voxels[i].points);
+    ground_[i] = 2 * voxels[i].grounded > voxels[i].points ? 1 : 0;
+  }
+  return table.keys();
+}
+
+void RegistrationCloud::sort_by(const std::vector<VoxelKey>& keys) {
   std::vector<std::pair<VoxelKey, std::uint32_t>> order;
-  for (std::uint32_t i = 0; i < voxels.size(); ++i) order.emplace_back(table.key(i), i);
+  order.reserve(keys.size());
+  for (std::uint32_t i = 0; i < keys.size(); ++i) order.emplace_back(keys[i], i);
   std::sort(order.begin(), order.end());
-  for (const auto& [key, i] : order) {
-    points_.push_back(voxels[i].sum / static_cast<float>(voxels[i].points));
-    ground_.push_back(2 * voxels[i].grounded > voxels[i].points ? 1 : 0);
+  const std::vector<Eigen::Vector3f> points = points_;
+  const std::vector<std::uint8_t> ground = ground_;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    points_[i] = points[order[i].second];
+    ground_[i] = ground[order[i].second];
   }
 }
 
@@ -95,14 +147,23 @@ void RegistrationCloud::estimate_covariances() {
   PointTree::Neighbor neighbors[kNeighbors];
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const std::size_t found = tree_->nearest(points_[i], std::span(neighbors, wanted));
-    Eigen::Vector3f mean = Eigen::Vector3f::Zero();
-    for (std::size_t n = 0; n < found; ++n) mean += points_[neighbors[n].second];
-    mean /= static_cast<float>(found);
-    Eigen::Matrix3f scatter = Eigen::Matrix3f::Zero();
+    // Four numbers fill a register: sums that are written and read by parts are slow.
+    Eigen::Array4f sum = Eigen::Array4f::Zero();
+    Eigen::Array4f by_x = sum;
+    Eigen::Array4f by_y = sum;
+    Eigen::Array4f by_z = sum;
     for (std::size_t n = 0; n < found; ++n) {
-      const Eigen::Vector3f d = points_[neighbors[n].second] - mean;
-      scatter += d * d.transpose();
+      const Eigen::Vector3f away = points_[neighbors[n].second] - points_[i];
+      const Eigen::Array4f d(away.x(), away.y(), away.z(), 0.0F);
+      sum += d;
+      by_x += away.x() * d;
+      by_y += away.y() * d;
+      by_z += away.z() * d;
     }
+    Eigen::Matrix3f scatter;
+    scatter << by_x.head<3>(), by_y.head<3>(), by_z.head<3>();
+    const Eigen::Vector3f sums = sum.head<3>();
+    scatter -= sums * sums.transpose() / static_cast<float>(found);
     covariances_[i] = regularised(scatter);
   }
 }
