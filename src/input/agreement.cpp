@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "src/core/quantile.hpp"
-#include "src/core/symmetric_eigen.hpp"
 
 namespace unimapper::input {
 namespace {
@@ -49,9 +48,13 @@ std::vector<Eigen::Vector3f> points_of(const datasets::Scan& scan, std::size_t k
 
 /// Unit normal where the surroundings of point `i` are a plane, else zero.
 Eigen::Vector3f normal_of(const merge::RegistrationCloud& cloud, std::size_t i) {
-  const SymmetricEigen<float> shape = symmetric_eigen<float>(cloud.covariance(i));
-  const bool is_plane = shape.values[0] < 0.05F && shape.values[1] > 0.5F;
-  return is_plane ? Eigen::Vector3f(shape.vectors.col(0)) : Eigen::Vector3f(0.0F, 0.0F, 0.0F);
+  // Covariances are next to 1 along surfaces and to 0 across them: what misses to 1 is n n^T of a
+  // plane, more of poles and foliage, nothing where the surroundings are not known.
+  const Eigen::Matrix3f across = Eigen::Matrix3f::Identity() - cloud.covariance(i);
+  if (!(std::fabs(across.trace() - 1.0F) < 0.5F)) return Eigen::Vector3f::Zero();
+  Eigen::Index axis = 0;
+  across.diagonal().maxCoeff(&axis);
+  return across.col(axis).normalized();
 }
 
 }  // namespace

@@ -233,14 +233,22 @@ class BreakSearch {
     return known * given_m > kSlowest * sum_m && known * given_m < kFastest * sum_m;
   }
 
-  /// Where a registration may begin.
+  /// Where a registration may begin, no two next to each other: they would lead to one motion.
   [[nodiscard]] std::vector<Pose> starts(std::size_t i, std::size_t j) const {
-    std::vector<Pose> poses = {motion(i, j), Pose()};
+    std::vector<Pose> poses = {motion(i, j)};
+    const auto add = [&](const Pose& start) {
+      const bool is_known = std::any_of(poses.begin(), poses.end(), [&](const Pose& other) {
+        const Pose apart = other.inverse() * start;
+        return apart.is_finite() && !is_off(apart);
+      });
+      if (!is_known) poses.push_back(start);
+    };
+    add(Pose());
     const double lasts_s = seconds(i, j);
     if (i > 0) {
-      if (const auto before = extrapolated(i - 1, lasts_s)) poses.push_back(*before);
+      if (const auto before = extrapolated(i - 1, lasts_s)) add(*before);
     }
-    if (const auto after = extrapolated(j, lasts_s)) poses.push_back(*after);
+    if (const auto after = extrapolated(j, lasts_s)) add(*after);
     return poses;
   }
 

@@ -161,12 +161,13 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
   std::vector<const datasets::Scan*> first;
   std::vector<const datasets::Scan*> second;
   const std::vector<PairIndex> chosen = choose_pairs(track, kMostPairs);
+  looked_at.reserve(chosen.size() + 1);
   for (const PairIndex& pair : chosen) {
-    first.push_back(&store[pair.first]);
+    dataset.read_scan(pair.first, looked_at.emplace_back());
+    first.push_back(&looked_at.back());
     second.push_back(&store[pair.second]);
-    looked_at.push_back(*first.back());
   }
-  if (looked_at.empty() && track.size > 0) looked_at.push_back(store[0]);
+  if (looked_at.empty() && track.size > 0) dataset.read_scan(0, looked_at.emplace_back());
   result.ranges = range_figures(looked_at);
   result.directions = measure_directions(looked_at);
   result.sensor = measure_sensor(looked_at, result.directions);

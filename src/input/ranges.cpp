@@ -28,15 +28,21 @@ double middle(std::vector<float>& values) {
 }  // namespace
 
 RangeFigures range_figures(std::span<const datasets::Scan> scans) {
+  constexpr std::size_t kPerScan = 8000;  // that say where the middle is
   RangeFigures figures;
   std::vector<float> ranges;
   std::vector<float> axis[3];
   std::vector<Eigen::Vector3f> kept;
+  std::size_t all_points = 0;
+  for (const datasets::Scan& scan : scans) all_points += scan.points.size();
+  ranges.reserve(all_points);
   std::uint64_t not_finite = 0;
   std::uint64_t at_origin = 0;
   std::uint64_t implausible = 0;
   for (const datasets::Scan& scan : scans) {
-    const std::size_t before = ranges.size();
+    // Odd: an even one may meet a part of the rings alone.
+    const std::size_t stride = (1 + scan.points.size() / kPerScan) | 1U;
+    std::size_t returned = 0;
     for (const auto& point : scan.points) {
       ++figures.points;
       const Eigen::Vector3f p(point.x, point.y, point.z);
@@ -51,10 +57,11 @@ RangeFigures range_figures(std::span<const datasets::Scan> scans) {
         continue;
       }
       ranges.push_back(static_cast<float>(range_m));
+      if (returned++ % stride != 0) continue;
       for (int a = 0; a < 3; ++a) axis[a].push_back(p[a]);
       kept.push_back(p);
     }
-    figures.empty_scans += ranges.size() == before ? 1 : 0;
+    figures.empty_scans += returned == 0 ? 1 : 0;
     ++figures.scans;
   }
   if (figures.points == 0) return figures;
@@ -156,7 +163,7 @@ namespace {
 /// `floats` floats: near 0 where the points of a scan follow each other, 1 where they do not.
 double roughness(std::span<const float> values, std::size_t floats) {
   const std::size_t records = values.size() / floats;
-  constexpr std::size_t kLooks = 4000;
+  constexpr std::size_t kLooks = 1000;
   if (records < 64) return 1.0;
   const std::size_t stride = std::max<std::size_t>(1, records / kLooks);
   const auto at = [&](std::size_t record) {
@@ -185,13 +192,18 @@ namespace {
 /// 8 or 12 where of every two or three points read one is none: one of its coordinates is always
 /// zero, those of the others never are. Else 0.
 std::size_t padded_floats(const datasets::Scan& scan) {
+  constexpr std::size_t kRun = 6;  // a multiple of both
+  constexpr std::size_t kRuns = 1000;
+  const std::size_t stride = kRun * (1 + scan.points.size() / (kRun * kRuns));
   for (const std::size_t period : {2U, 3U}) {
     std::vector<std::size_t> zeros(period);
     std::vector<std::size_t> points(period);
-    for (std::size_t i = 0; i < scan.points.size(); ++i) {
-      const datasets::Scan::Point& p = scan.points[i];
-      ++points[i % period];
-      zeros[i % period] += p.x == 0.0F || p.y == 0.0F || p.z == 0.0F ? 1 : 0;
+    for (std::size_t run = 0; run + kRun <= scan.points.size(); run += stride) {
+      for (std::size_t i = run; i < run + kRun; ++i) {
+        const datasets::Scan::Point& p = scan.points[i];
+        ++points[i % period];
+        zeros[i % period] += p.x == 0.0F || p.y == 0.0F || p.z == 0.0F ? 1 : 0;
+      }
     }
     const bool first_holds = 100 * zeros[0] < points[0];
     const bool last_is_none = 2 * zeros[period - 1] > points[period - 1];

@@ -6,7 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <set>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -18,6 +18,10 @@ namespace unimapper::input {
 namespace {
 
 constexpr double kAllRound_deg = 300.0;
+
+bool is_return(const datasets::Scan::Point& p) {
+  return std::isfinite(p.x + p.y + p.z) && !(p.x == 0.0F && p.y == 0.0F && p.z == 0.0F);
+}
 
 /// The bits of a point's coordinates.
 struct Place {
@@ -33,30 +37,63 @@ struct Place {
     }
     return hash;
   }
+  /// In one of so many parts, about as many places in each; cheaper than a hash.
+  [[nodiscard]] std::uint32_t part(std::uint32_t parts) const {
+    return ((bits[0] + bits[1] + bits[2]) * 0x9E3779B9U >> 16U) % parts;
+  }
   bool operator==(const Place&) const = default;
 };
+
+/// In a table at most half full the slot of the point at `place`: one more than its index among
+/// `points`, or 0 where there is none yet.
+std::uint32_t& slot_of(const Place& place, std::span<const datasets::Scan::Point> points,
+                       std::vector<std::uint32_t>& slots) {
+  std::size_t slot = place.hash() & (slots.size() - 1);
+  while (slots[slot] != 0 && Place(points[slots[slot] - 1]) != place) {
+    slot = (slot + 1) & (slots.size() - 1);
+  }
+  return slots[slot];
+}
+
+std::vector<std::uint32_t> slots_for(std::size_t points) {
+  return std::vector<std::uint32_t>(std::bit_ceil(2 * points + 2));
+}
+
+/// Whether a place holds more than one point; of large scans, some of the places are looked at.
+bool has_copies(const datasets::Scan& scan) {
+  constexpr std::size_t kLarge = 10'000;
+  constexpr std::uint32_t kParts = 8;
+  const std::uint32_t parts = scan.points.size() < kLarge ? 1 : kParts;
+  std::vector<std::uint32_t> slots = slots_for(scan.points.size());
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    const Place place(scan.points[i]);
+    if (place.part(parts) != 0 || !is_return(scan.points[i])) continue;
+    std::uint32_t& slot = slot_of(place, scan.points, slots);
+    if (slot != 0) return true;
+    slot = static_cast<std::uint32_t>(i + 1);
+  }
+  return false;
+}
 
 /// The scan without times, each point once, in its order; `all` counts the points that return
 /// something, copies too.
 datasets::Scan without_copies(const datasets::Scan& scan, std::size_t& all) {
   datasets::Scan result;
-  // At most half full, so that a free slot is near.
-  std::vector<std::uint32_t> slots(std::bit_ceil(2 * scan.points.size() + 2));  // 0: free
+  const bool copies = has_copies(scan);
+  std::vector<std::uint32_t> slots = slots_for(copies ? scan.points.size() : 0);
   const bool has_rings = scan.ring.size() == scan.points.size();
+  result.points.reserve(scan.points.size());
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     const datasets::Scan::Point& point = scan.points[i];
-    if (!std::isfinite(point.x + point.y + point.z)) continue;
-    if (point.x == 0.0F && point.y == 0.0F && point.z == 0.0F) continue;
+    if (!is_return(point)) continue;
     ++all;
-    const Place place(point);
-    std::size_t slot = place.hash() & (slots.size() - 1);
-    while (slots[slot] != 0 && Place(result.points[slots[slot] - 1]) != place) {
-      slot = (slot + 1) & (slots.size() - 1);
+    if (copies) {
+      std::uint32_t& slot = slot_of(Place(point), result.points, slots);
+      if (slot != 0) continue;
+      slot = static_cast<std::uint32_t>(result.points.size() + 1);
     }
-    if (slots[slot] != 0) continue;
     result.points.push_back(point);
     if (has_rings) result.ring.push_back(scan.ring[i]);
-    slots[slot] = static_cast<std::uint32_t>(result.points.size());
   }
   return result;
 }
@@ -78,7 +115,7 @@ SensorFigures measure_sensor(std::span<const datasets::Scan> scans,
   figures.width_deg = directions.width_deg;
   std::vector<float> ranges;
   std::vector<float> elevations;
-  std::set<std::uint16_t> rings;
+  std::vector<bool> rings(std::size_t{1} << 16U);
   datasets::Scan fullest;
   std::size_t with_copies = 0;
   std::size_t each_once = 0;
@@ -98,7 +135,7 @@ SensorFigures measure_sensor(std::span<const datasets::Scan> scans,
       elevations.push_back(std::asin(std::clamp(p.z() / range_m, -1.0F, 1.0F)) *
                            static_cast<float>(kDegreesPerRadian));
     }
-    rings.insert(scan.ring.begin(), scan.ring.end());
+    for (const std::uint16_t ring : scan.ring) rings[ring] = true;
     if (finite > figures.points) {
       figures.points = finite;
       fullest = std::move(scan);
@@ -106,7 +143,7 @@ SensorFigures measure_sensor(std::span<const datasets::Scan> scans,
   }
   if (figures.points == 0) return figures;
   figures.copies = static_cast<double>(with_copies) / static_cast<double>(each_once);
-  figures.rings = static_cast<std::uint32_t>(rings.size());
+  figures.rings = static_cast<std::uint32_t>(std::count(rings.begin(), rings.end(), true));
   figures.farthest_m = static_cast<double>(quantile(std::span(ranges), 0.999));
   figures.lowest_deg = static_cast<double>(quantile(std::span(elevations), 0.005));
   figures.highest_deg = static_cast<double>(quantile(std::span(elevations), 0.995));

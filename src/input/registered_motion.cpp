@@ -2,6 +2,7 @@
 #include "src/input/registered_motion.hpp"
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <utility>
 
@@ -91,11 +92,16 @@ std::vector<RegisteredMotion> register_motions(
   std::vector<RegisteredMotion> motions;
   std::vector<double> agreements;
   datasets::Scan scan;
+  // Pairs share scans in short recordings; they are in the order of their first one.
+  std::map<std::size_t, std::shared_ptr<const ScanShape>> shapes;
   const auto shape = [&](std::size_t i) {
+    std::shared_ptr<const ScanShape>& known = shapes[i];
+    if (known != nullptr) return known;
     read(i, scan);
-    return std::make_shared<const ScanShape>(scan, kShapePoints);
+    return known = std::make_shared<const ScanShape>(scan, kShapePoints);
   };
   for (const auto& [i, j] : PairChoice(track).choose()) {
+    shapes.erase(shapes.begin(), shapes.lower_bound(i));
     const Pose given = track.pose(i).inverse() * track.pose(j);
     if (skips(i, j) || !given.is_finite()) continue;
     if (given.translation.norm() < kStands_m && turn_deg(given) < kStands_deg) continue;
