@@ -32,6 +32,7 @@ int main() {
     // Third: when each point was measured, seconds after the stamp; here all at once.
     const OdometryResult found = (*odometry)->add_scan(k * 100'000'000, points, {});
     if (!found.error.ok() || found.state == OdometryState::kLost) continue;  // found.reason
+    // pipeline->add_slip(slip_of(found));  // what no scan has determined, for the base
     // pipeline->add_scan(points, found.T_odometry_sensor, k * 100'000'000);
     std::printf("%.1f m ahead\n", found.T_odometry_sensor.translation.x());
   }

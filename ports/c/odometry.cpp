@@ -119,4 +119,23 @@ um_status um_odometry_add_scan(um_odometry* odometry, const um_points* points, c
   return to_c(core.error.code);
 }
 
+um_status um_odometry_slip(const um_odometry_result* result, double covariance[9]) {
+  if (result == nullptr || covariance == nullptr) return UM_NULL_ARGUMENT;
+  if (result->struct_size != sizeof(um_odometry_result)) return UM_UNKNOWN_VERSION;
+  if (result->weak_axis_count > 6) return UM_INVALID_INDEX;
+  OdometryResult core;
+  core.state = static_cast<OdometryState>(result->state);
+  core.T_odometry_sensor = from_c(result->T_odometry_sensor);
+  core.weak.count = result->weak_axis_count;
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 6; ++column) {
+      core.covariance(row, column) = result->covariance[6 * row + column];
+      core.weak.axes(column, row) = result->weak_axes[row][column];
+    }
+  }
+  Eigen::Map<Eigen::Matrix3d> slip(covariance);
+  slip = slip_of(core);
+  return UM_OK;
+}
+
 }  // extern "C"

@@ -262,6 +262,14 @@ um_status um_add_scan(um_pipeline* pipeline, const um_points* points,
   return finish(*pipeline, result, keyframe_ready);
 }
 
+um_status um_add_slip(um_pipeline* pipeline, const double covariance[9]) {
+  if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
+  if (covariance == nullptr) return refuse(*pipeline, UM_NULL_ARGUMENT);
+  const Eigen::Map<const Eigen::Matrix3d> symmetric(covariance);
+  if (!pipeline->core->add_slip(symmetric)) return refuse(*pipeline, UM_INVALID_POSE);
+  return tell(*pipeline, {});
+}
+
 um_status um_flush(um_pipeline* pipeline, std::int32_t* keyframe_ready) {
   if (keyframe_ready != nullptr) *keyframe_ready = 0;
   if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;

@@ -284,6 +284,13 @@ UM_API UM_CHECKED um_status um_add_scan(um_pipeline* pipeline, const um_points* 
                                         const um_pose* T_odometry_sensor, int64_t stamp_ns,
                                         int32_t* keyframe_ready);
 
+/** Tells what the pose of the next scan is uncertain by, since that of the scan before, along axes
+ *  that the odometry did not determine (um_odometry_slip): covariance of the translation along the
+ *  odometry frame's axes, square metres, row by row. Keyframes carry it to the base, whose pose
+ *  graph then gives way along these axes alone. Several calls add up. UM_INVALID_POSE, with nothing
+ *  changed: it is no covariance. */
+UM_API UM_CHECKED um_status um_add_slip(um_pipeline* pipeline, const double covariance[9]);
+
 /** Closes a keyframe that has fewer scans than configured (end of a run) and finishes it.
  *  *keyframe_ready (may be null) is 0 if there was none. With the parameter `deferred` the keyframe
  *  before may have to be finished first: call until it is 0 and um_finished_get has none any more.

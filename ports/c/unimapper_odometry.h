@@ -77,6 +77,12 @@ UM_API UM_CHECKED um_status um_odometry_add_scan(um_odometry* odometry, const um
                                                  const float* time_s, int64_t stamp_ns,
                                                  um_odometry_result* result);
 
+/** What um_add_slip takes with the scan of a result of um_odometry_add_scan: the covariance along
+ *  weak axes of translation alone, and along all where the odometry is lost; else zero. Without it
+ *  the base takes the pose along them for as good as others. */
+UM_API UM_CHECKED um_status um_odometry_slip(const um_odometry_result* result,
+                                             double covariance[9]);
+
 #ifdef __cplusplus
 }
 #endif

@@ -104,6 +104,10 @@ class Dataset {
   virtual void read_scan(std::size_t i, Scan& scan) const = 0;
   /// T_odometry_sensor of scan `i`.
   [[nodiscard]] virtual const Pose& pose(std::size_t i) const = 0;
+  /// What that pose is uncertain by since the scan before (`Pipeline::add_slip`), m².
+  [[nodiscard]] virtual Eigen::Matrix3d slip(std::size_t /*i*/) const {
+    return Eigen::Matrix3d::Zero();
+  }
   /// Stamp of scan `i`, nanoseconds.
   [[nodiscard]] virtual std::int64_t stamp_ns(std::size_t i) const = 0;
   /// File-name stem of scan `i`, e.g. "000042"; labels are written under it.

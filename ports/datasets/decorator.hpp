@@ -14,6 +14,7 @@ class DatasetDecorator : public Dataset {
   [[nodiscard]] std::size_t scan_count() const override { return inner_->scan_count(); }
   void read_scan(std::size_t i, Scan& scan) const override { inner_->read_scan(i, scan); }
   [[nodiscard]] const Pose& pose(std::size_t i) const override { return inner_->pose(i); }
+  [[nodiscard]] Eigen::Matrix3d slip(std::size_t i) const override { return inner_->slip(i); }
   [[nodiscard]] std::int64_t stamp_ns(std::size_t i) const override { return inner_->stamp_ns(i); }
   [[nodiscard]] std::string scan_name(std::size_t i) const override { return inner_->scan_name(i); }
   [[nodiscard]] std::vector<std::uint32_t> labels(std::size_t i) const override {

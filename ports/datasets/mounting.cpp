@@ -83,6 +83,10 @@ class TurnedOverDataset : public DatasetDecorator {
     const auto pose = inner().pose_at(stamp_ns);
     return pose ? std::optional<Pose>(turned(*pose)) : std::nullopt;
   }
+  [[nodiscard]] Eigen::Matrix3d slip(std::size_t i) const override {
+    const Eigen::Matrix3d R = turned(Pose()).rotation;
+    return R * inner().slip(i) * R.transpose();
+  }
 
  private:
   static Pose turned(const Pose& pose) {

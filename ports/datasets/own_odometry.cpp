@@ -59,6 +59,8 @@ class OwnOdometryDataset final : public DatasetDecorator {
           odometry->add_scan(inner().stamp_ns(i), scan.view(), scan.time_s);
       if (result.error.ok()) last = result.T_odometry_sensor;
       poses_.push_back(options.T_base_lidar * last);
+      const Eigen::Matrix3d& R = options.T_base_lidar.rotation;
+      slips_.push_back(R * slip_of(result) * R.transpose());
       count_state(i, result);
       if (options.progress) options.progress(i + 1, count);
     }
@@ -68,6 +70,7 @@ class OwnOdometryDataset final : public DatasetDecorator {
 
   [[nodiscard]] std::size_t scan_count() const override { return poses_.size(); }
   [[nodiscard]] const Pose& pose(std::size_t i) const override { return poses_.at(i); }
+  [[nodiscard]] Eigen::Matrix3d slip(std::size_t i) const override { return slips_.at(i); }
   [[nodiscard]] std::optional<Pose> pose_at(std::int64_t /*stamp_ns*/) const override {
     return std::nullopt;
   }
@@ -119,6 +122,7 @@ class OwnOdometryDataset final : public DatasetDecorator {
   }
 
   std::vector<Pose> poses_;
+  std::vector<Eigen::Matrix3d> slips_;
   OdometryStatistics statistics_;
   Tally degenerate_;
   Tally lost_;

@@ -62,16 +62,12 @@ class MapStages {
   }
 
   void record_odometry(std::size_t session) {
-    std::vector<Pose> odometry;
-    for (const KeyframeRecord& keyframe : sessions_[session].keyframes) {
-      odometry.push_back(keyframe.T_odometry_keyframe);
-    }
-    const SessionPath path(odometry, config_.odometry);
-    for (std::size_t k = 1; k < odometry.size(); ++k) {
+    const SessionPath path = odometry_of(sessions_[session], config_.odometry);
+    for (std::size_t k = 1; k < path.size(); ++k) {
       LoopConstraint edge;
       edge.match = {session, k - 1};
       edge.query = {session, k};
-      edge.T_match_query = odometry[k - 1].inverse() * odometry[k];
+      edge.T_match_query = path[k - 1].inverse() * path[k];
       edge.information = path.information(k - 1, k);
       edge.overlap = 1.0;
       result_.graph_edges.push_back(edge);

@@ -116,6 +116,7 @@ class PoseMerge {
       for (const auto& keyframe : sessions_[s].keyframes) {
         session.T_odometry_keyframe.push_back(keyframe.T_odometry_keyframe);
         session.T_odometry_keyframe.back().translation -= origins_.back();
+        session.slips.push_back(keyframe.slip);
       }
       alignment_sessions_.push_back(std::move(session));
     }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "src/core/cholesky.hpp"
+#include "unimapper/core/keyframe.hpp"
 
 namespace unimapper::odometry {
 namespace {
@@ -113,3 +114,20 @@ const char* reason_of(const WeakAxes& weak) noexcept {
 }
 
 }  // namespace unimapper::odometry
+
+Eigen::Matrix3d unimapper::slip_of(const OdometryResult& result) noexcept {
+  const Eigen::Matrix3d covariance = result.covariance.topLeftCorner<3, 3>();
+  if (!result.error.ok()) return Eigen::Matrix3d::Zero();
+  const bool is_lost = result.state == OdometryState::kLost;
+  Eigen::Matrix3d slip = Eigen::Matrix3d::Zero();
+  if (is_lost) slip = covariance;
+  for (std::uint32_t i = 0; i < result.weak.count && !is_lost; ++i) {
+    // Zero for an axis of rotation.
+    const Eigen::Vector3d axis =
+        result.T_odometry_sensor.rotation * result.weak.axes.block<3, 1>(0, static_cast<int>(i));
+    slip += axis.dot(covariance * axis) * axis * axis.transpose();
+  }
+  // Half of what a slip may have at most, so that rounding and a rotation leave it one.
+  const double most = 0.5 * static_cast<double>(kMostSlip_m2);
+  return slip.maxCoeff() > most ? Eigen::Matrix3d(slip * (most / slip.maxCoeff())) : slip;
+}

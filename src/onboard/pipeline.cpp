@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <new>
+#include <utility>
 
 #include "pipeline_state.hpp"
 #include "slice_cost.hpp"
@@ -66,7 +67,7 @@ Error Pipeline::State::take_scan(const PointView& points, const Pose& pose,
                    "the scan has no point that is finite and within the sensor's range"});
   }
   gate.accept(pose, stamp_ns);
-  const ScanOrigin origin{index, stamp_ns, pose};
+  const ScanOrigin origin{index, stamp_ns, pose, std::exchange(slip, SlipCovariance::Zero())};
   scan_points = points.count;
   if (config.deferred && (is_behind() || builder.must_measure())) {
     waiting.push(points, origin, motion.restarted);
@@ -147,6 +148,15 @@ Expected<Pipeline*> Pipeline::create(const PipelineConfig& config,
 ScanResult Pipeline::add_scan(const PointView& points, const Pose& T_odometry_sensor,
                               std::int64_t stamp_ns) noexcept {
   return state_->add_scan(points, T_odometry_sensor, stamp_ns);
+}
+
+bool Pipeline::add_slip(const Eigen::Matrix3d& covariance_m2) noexcept {
+  // What is symmetric but for rounding of the caller's sums is a covariance.
+  const SlipCovariance slip = (0.5 * (covariance_m2 + covariance_m2.transpose())).cast<float>();
+  if (slip.isZero(0.0F)) return true;
+  if (!is_slip(slip)) return false;
+  state_->slip += slip;
+  return true;
 }
 
 ScanResult Pipeline::flush() noexcept { return state_->flush(); }

@@ -114,6 +114,7 @@ struct Pipeline::State {
   PipelineConfig config;
   Pipeline pipeline;  ///< what the caller holds
 
+  SlipCovariance slip = SlipCovariance::Zero();  ///< of the next scan
   onboard::MotionGate gate;
   onboard::Budget budget;
   onboard::ScanQueue waiting;

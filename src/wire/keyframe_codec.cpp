@@ -27,6 +27,7 @@ KeyframeContent content_of(const KeyframeRecord& record) {
   content.reference_scan = record.reference_scan;
   content.T_odometry_keyframe = record.T_odometry_keyframe;
   content.up = record.up;
+  content.slip = record.slip;
   content.odometry_contradicted = record.odometry_contradicted;
   content.scans = record.scans;
   content.cell_size_m = record.cell_size_m;
@@ -66,7 +67,7 @@ std::size_t usual_bytes(const KeyframeRecord& record) {
   const std::size_t cells = record.static_cells.size() + record.dynamic_cells.size();
   std::size_t bytes = kHeadBytes + record.scans.size() * kScanBytes +
                       record.keypoints.size() * kKeypointBytes +
-                      record.planes.size() * kPlaneBytes + 100 + 8 * cells + kUpBytes;
+                      record.planes.size() * kPlaneBytes + 100 + 8 * cells + kUpBytes + kSlipBytes;
   for (const CodedImage& image : record.images) bytes += 8 + 2 * image.code.size();
   return bytes;
 }
@@ -273,18 +274,30 @@ const char* read_up(LittleEndianReader& in, KeyframeUp& up) {
   return nullptr;
 }
 
+const char* read_slip(LittleEndianReader& in, SlipCovariance& slip) {
+  for (int row = 0; row < 3; ++row) {
+    for (int column = row; column < 3; ++column) {
+      slip(row, column) = in.get_float();
+      slip(column, row) = slip(row, column);
+    }
+  }
+  return is_slip(slip) ? nullptr : "the slip is no covariance";
+}
+
 /// How much there is of what follows the head.
 struct RecordHead {
   std::uint32_t scans = 0;
   std::uint32_t keypoints = 0;
   std::uint32_t planes = 0;
+  bool slipped = false;
 };
 
 const char* read_head(LittleEndianReader& in, RecordHead& head, KeyframeRecord& record) {
   if (in.get<std::uint32_t>() != kKeyframeMagic) return "not a keyframe";
   if (in.get<std::uint16_t>() != kKeyframeSchema) return "unknown schema version";
   const auto flags = in.get<std::uint16_t>();
-  if ((flags & ~kOdometryContradicted) != 0) return "unknown flags";
+  if ((flags & ~(kOdometryContradicted | kOdometrySlipped)) != 0) return "unknown flags";
+  head.slipped = (flags & kOdometrySlipped) != 0;
   record.odometry_contradicted = (flags & kOdometryContradicted) != 0;
   record.session.robot = in.get<std::uint32_t>();
   record.session.boot.low = in.get<std::uint64_t>();
@@ -317,8 +330,8 @@ KeyframeScan get_scan(LittleEndianReader& in) {
 }
 
 std::size_t summary_size(const RecordHead& head) {
-  return kHeadBytes + kUpBytes + kCellEdgeBytes + kScanBytes + head.keypoints * kKeypointBytes +
-         head.planes * kPlaneBytes;
+  return kHeadBytes + kUpBytes + kCellEdgeBytes + (head.slipped ? kSlipBytes : 0) + kScanBytes +
+         head.keypoints * kKeypointBytes + head.planes * kPlaneBytes;
 }
 
 /// After the head; the reference scan is the only one.
@@ -328,6 +341,9 @@ const char* read_summary(LittleEndianReader& in, const RecordHead& head, Keyfram
   }
   if (const char* fault = read_up(in, record.up)) return fault;
   read_cell_size(in, record);
+  if (head.slipped) {
+    if (const char* fault = read_slip(in, record.slip)) return fault;
+  }
   record.scans.assign(1, get_scan(in));
   if (const char* fault = read_keypoints(in, head.keypoints, record.keypoints)) return fault;
   return read_planes(in, head.planes, record.planes);

@@ -12,9 +12,12 @@ inline constexpr std::size_t kKeypointBytes = 26;
 inline constexpr std::size_t kPlaneBytes = 10;
 inline constexpr std::size_t kUpBytes = 12;
 inline constexpr std::size_t kCellEdgeBytes = 2;
+inline constexpr std::size_t kSlipBytes = 24;  ///< only with the flag
 
 /// Flag: the scans contradict the odometry.
 inline constexpr std::uint16_t kOdometryContradicted = 1;
+/// Flag: the odometry slipped since the keyframe before; by how much follows the edge of a cell.
+inline constexpr std::uint16_t kOdometrySlipped = 2;
 
 /// Edges of cells that a keyframe may have, metres.
 inline constexpr float kSmallestCellM = 0.01F;

@@ -155,6 +155,12 @@ void put_up(SpanWriter& out, const KeyframeUp& up) noexcept {
   }
 }
 
+void put_slip(SpanWriter& out, const SlipCovariance& slip) noexcept {
+  for (int row = 0; row < 3; ++row) {
+    for (int column = row; column < 3; ++column) out.put(slip(row, column));
+  }
+}
+
 void put_image_head(SpanWriter& out, std::size_t count, const KeyframeContent& keyframe) noexcept {
   out.put(static_cast<std::uint32_t>(count));
   if (count == 0) return;
@@ -238,7 +244,9 @@ std::size_t put_summary(SpanWriter& out, const WriterInput& input,
   const KeyframeContent& keyframe = input.keyframe;
   out.put(kKeyframeMagic);
   out.put(kKeyframeSchema);
-  out.put(keyframe.odometry_contradicted ? kOdometryContradicted : std::uint16_t{0});
+  const bool slipped = is_slip(keyframe.slip);
+  out.put(static_cast<std::uint16_t>((keyframe.odometry_contradicted ? kOdometryContradicted : 0) |
+                                     (slipped ? kOdometrySlipped : 0)));
   out.put(input.session.robot);
   out.put(input.session.boot.low);
   out.put(input.session.boot.high);
@@ -255,6 +263,7 @@ std::size_t put_summary(SpanWriter& out, const WriterInput& input,
   out.put(std::uint32_t{0});
   put_up(out, keyframe.up);
   out.put(cell_size_mm(keyframe.cell_size_m));
+  if (slipped) put_slip(out, keyframe.slip);
   put_scan(out, keyframe.scans[keyframe.reference_scan]);
   const std::uint32_t keypoints = put_keypoints(out, keyframe.place.keypoints);
   const std::uint32_t planes = put_planes(out, input.planes);
@@ -294,6 +303,7 @@ const char* keyframe_fault(const KeyframeContent& keyframe) noexcept {
   if (cell_size_mm(keyframe.cell_size_m) == 0) return "no keyframe has cells of such a size";
   if (const char* fault = pose_fault(keyframe.T_odometry_keyframe)) return fault;
   if (const char* fault = up_fault(keyframe.up)) return fault;
+  if (!keyframe.slip.isZero(0.0F) && !is_slip(keyframe.slip)) return "the slip is no covariance";
   return scan_fault(keyframe.scans);
 }
 

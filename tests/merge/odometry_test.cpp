@@ -1,4 +1,5 @@
 // Odometry: its drift, several keyframes as one measurement, steps as no robot moves
+#include "src/core/cholesky.hpp"
 #include "src/merge/graph/odometry_chain.hpp"
 #include "src/merge/sessions/odometry_step.hpp"
 #include "src/merge/sessions/session_path.hpp"
@@ -96,12 +97,14 @@ TEST_CASE("The path of a session is the sum of its steps", "[path]") {
 
 namespace {
 
-SessionPath winding_path(Random& random, std::size_t count) {
+SessionPath winding_path(Random& random, std::size_t count, bool slips = false) {
   std::vector<Pose> poses = odometry(random, drive(random, count, Pose{}));
   for (std::size_t i = 0; i < count; ++i) {
     poses[i] = poses[i] * shifted(0.0, 0.0, 0.3 * static_cast<double>(i % 5));
   }
-  return {poses, OdometryNoiseConfig{}};
+  std::vector<SlipCovariance> slip(count, SlipCovariance::Zero());
+  if (slips) slip[count / 3] = Eigen::Vector3f(0.3F, 0.4F, 0.0F).asDiagonal();
+  return {poses, OdometryNoiseConfig{}, slip};
 }
 
 /// All keyframes of a path, both ends fixed.
@@ -124,7 +127,7 @@ TEST_CASE("A chain of odometry costs as much as its keyframes solved between bot
   Random random(21);
   constexpr std::size_t kCount = 50;
   for (int trial = 0; trial < 5; ++trial) {
-    const SessionPath path = winding_path(random, kCount);
+    const SessionPath path = winding_path(random, kCount, trial % 2 == 1);
     std::vector<Pose> poses = path.poses();
     poses.back() = poses.back() * random.pose(0.3, 0.01);
     PoseGraph whole = whole_graph(path, poses);
@@ -145,6 +148,38 @@ TEST_CASE("A chain of odometry costs as much as its keyframes solved between bot
       CHECK(rotation_angle(apart.rotation) < 1e-4);
     }
   }
+}
+
+TEST_CASE("A slip that is a covariance but for rounding leaves edges that can be solved",
+          "[path]") {
+  SlipCovariance slip = Eigen::Vector3f(1e6F, -90.0F, 0.0F).asDiagonal();
+  if (GENERATE(true, false)) {
+    slip.setZero();
+    const Eigen::Vector3f axis(0.48F, 0.6F, 0.64F);
+    for (int scan = 0; scan < 10; ++scan) slip += 4.9e4F * axis * axis.transpose();
+  }
+  REQUIRE(is_slip(slip));
+  const SessionPath path({Pose{}, {Pose{}.rotation, {1.0, 0.0, 0.3}}}, OdometryNoiseConfig{},
+                         {SlipCovariance::Zero(), slip});
+  CHECK(Cholesky<6>(path.information(0, 1)).valid());
+  CHECK(Cholesky<3>(path.translation_covariance(0, 1)).valid());
+}
+
+TEST_CASE("A slip widens the covariance of its step, along its axis alone", "[path]") {
+  const std::vector<Pose> poses{Pose{}, yaw_pose(0.5, {2.0, 0.0, 0.0}), shifted(4.0)};
+  const Eigen::Vector3f way_m(0.0F, 3.0F, 0.0F);  // in the frame of the session
+  const std::vector<SlipCovariance> slips{SlipCovariance::Zero(), SlipCovariance::Zero(),
+                                          way_m * way_m.transpose()};
+  const SessionPath path(poses, OdometryNoiseConfig{}, slips);
+  const SessionPath sure(poses, OdometryNoiseConfig{});
+  CHECK(path.information(0, 1) == sure.information(0, 1));
+  CHECK(path.variance(1, 2).translation == Approx(sure.variance(1, 2).translation + 9.0));
+  // Seen from the keyframe, which has turned.
+  const Eigen::Vector3d along = poses[1].rotation.transpose() * Eigen::Vector3d::UnitY();
+  const Eigen::Vector3d across = poses[1].rotation.transpose() * Eigen::Vector3d::UnitX();
+  const Eigen::Matrix3d information = path.information(1, 2).topLeftCorner<3, 3>();
+  CHECK(along.dot(information * along) == Approx(1.0 / path.variance(1, 2).translation));
+  CHECK(across.dot(information * across) == Approx(sure.information(1, 2)(0, 0)));
 }
 
 TEST_CASE("A chain between neighbours is their odometry edge", "[pose_graph]") {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "scene.hpp"
+#include "unimapper/core/keyframe.hpp"
 
 using namespace unimapper;
 using namespace unimapper::test;
@@ -42,6 +43,22 @@ TEST_CASE("the covariance is wide along the weak axis alone") {
   // Odometry axes: the sensor's at the first scan.
   CHECK(std::abs(eigen.eigenvectors().col(2).dot(
             Eigen::Vector3d(std::cos(0.2), -std::sin(0.2), 0.0))) > 0.99);
+}
+
+TEST_CASE("the slip is the covariance along the weak axis, and nothing elsewhere") {
+  TestOdometry odometry;
+  OdometryResult last;
+  for (int i = 0; i < 4; ++i) last = odometry.add(snapshot(corridor(), level(0.1 * i, 0.0, 0.2)));
+  const Eigen::Matrix3d slip = slip_of(last);
+  const Eigen::Matrix3d covariance = last.covariance.topLeftCorner<3, 3>();
+  CHECK(slip.trace() == Approx(covariance.trace()).epsilon(0.01));
+  const Eigen::Vector3d across(std::sin(0.2), std::cos(0.2), 0.0);
+  CHECK(across.dot(slip * across) < 0.01 * slip.trace());
+  CHECK(is_slip(slip.cast<float>()));
+  last.state = OdometryState::kLost;
+  CHECK(slip_of(last) == covariance);
+  last.error = {ErrorCode::kEmptyScan, ""};
+  CHECK(slip_of(last).isZero(0.0));
 }
 
 TEST_CASE("along a weak axis the motion goes on as it was") {

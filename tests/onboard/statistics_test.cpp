@@ -150,6 +150,44 @@ TEST_CASE("the counts of a keyframe are sums over its scans and begin anew with 
   }
 }
 
+TEST_CASE("slips of the odometry add up from keyframe to keyframe, also over those that repeat") {
+  PipelineConfig config = small_config();
+  config.keyframe.scans = 2;
+  config.removal.window = 1;
+  config.deferred = GENERATE(false, true);
+  OwnedPipeline pipeline(config);
+  const std::vector<Eigen::Vector3f> points{{5.1F, 0.1F, 0.1F}};
+  const Eigen::Matrix3d slip_m2 = Eigen::Vector3d(0.25, 0.0, 0.0).asDiagonal();
+  const auto add = [&](std::int64_t scan, const Pose& pose) {
+    const std::int64_t stamp_ns = 1 + scan * kPeriodNs;
+    const ScanResult result = pipeline->add_scan(view_of(points), pose, stamp_ns);
+    // Refused: what is told of the next scan holds until one is taken.
+    CHECK(pipeline->add_scan(view_of(points), pose, stamp_ns).error.code ==
+          ErrorCode::kTimeReversed);
+    return result;
+  };
+  CHECK(pipeline->add_slip(Eigen::Matrix3d::Zero()));
+  CHECK_FALSE(pipeline->add_slip(-slip_m2));
+  Eigen::Matrix3d rounded = Eigen::Matrix3d::Zero();
+  rounded(0, 1) = 1e-17;
+  CHECK(OwnedPipeline(config)->add_slip(slip_m2 + rounded));
+  CHECK_FALSE(pipeline->add_slip(slip_m2 * std::nan("")));
+  std::vector<float> slips_m2;
+  for (std::int64_t scan = 0; scan < 8; ++scan) {
+    CHECK(pipeline->add_slip(slip_m2));
+    const double moved_m = scan < 6 ? 0.0 : 3.0;
+    ScanResult result = add(scan, {Eigen::Matrix3d::Identity(), {moved_m, 0.0, 0.0}});
+    while (pipeline->work().work_left) {
+    }
+    if (result.keyframe_ready || config.deferred) {
+      if (scan % 2 == 1 && !pipeline->keyframe().repeats) {
+        slips_m2.push_back(pipeline->keyframe().slip(0, 0));
+      }
+    }
+  }
+  CHECK(slips_m2 == std::vector<float>{0.5F, 1.5F});
+}
+
 TEST_CASE("refused triangles are counted keyframe by keyframe") {
   // Standing still, every keyframe inserts the same triangles: beyond five of a kind none fits.
   Scene scene;

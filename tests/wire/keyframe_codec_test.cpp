@@ -68,6 +68,28 @@ TEST_CASE("the bytes of schema 6 never change") {
   CHECK(decode_keyframe(golden).record->up == record.up);
 }
 
+TEST_CASE("a slip takes a flag and 24 bytes behind the edge of a cell, and nothing without") {
+  KeyframeRecord record = small_record();
+  const std::vector<std::uint8_t> without = encode_keyframe(record);
+  record.slip = along({1.0F, -2.0F, 0.5F});
+  const auto slipped = static_cast<std::ptrdiff_t>(kCellEdgeAt) + 2;
+  std::vector<std::uint8_t> expected = forged(without, kSchemaAt + 2, "02");
+  const std::vector<std::uint8_t> slip =
+      bytes_of("0000803F 000000C0 0000003F 00008040 000080BF 0000803E");
+  expected.insert(expected.begin() + slipped, slip.begin(), slip.end());
+  CHECK(encode_keyframe(record) == expected);
+  REQUIRE(decode_keyframe(expected).record.has_value());
+  CHECK(decode_keyframe(expected).record->slip == record.slip);
+  const auto at = static_cast<std::size_t>(slipped);
+  for (const auto& [where, digits] :
+       {std::pair{at, "0000C07F"}, {at, "000080BF"}, {at, "00008049"}, {at + 4, "000080C0"}}) {
+    INFO(where << " " << digits);
+    CHECK_THAT(error_of(forged(expected, where, digits)), Catch::Contains("slip"));
+  }
+  const std::string none(48, '0');
+  CHECK_THAT(error_of(forged(expected, at, none)), Catch::Contains("slip"));
+}
+
 namespace {
 
 /// Walls and a floor, the same to the last bit on every processor: no library of linear algebra.
@@ -171,7 +193,7 @@ TEST_CASE("forged fields are refused with the reason") {
   const std::tuple<std::size_t, const char*, const char*> forgeries[] = {
       {0, "58", "not a keyframe"},
       {kSchemaAt, "07", "unknown schema version"},
-      {kSchemaAt + 2, "02", "unknown flags"},
+      {kSchemaAt + 2, "04", "unknown flags"},
       {kSchemaAt + 3, "01", "unknown flags"},
       {kReferenceScanAt, "02", "reference scan"},
       {kPoseAt, "000000000000F87F", "not finite"},

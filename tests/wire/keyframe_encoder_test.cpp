@@ -37,6 +37,7 @@ struct Keyframe {
     content.reference_scan = record.reference_scan;
     content.T_odometry_keyframe = record.T_odometry_keyframe;
     content.up = record.up;
+    content.slip = record.slip;
     content.scans = record.scans;
     content.cell_size_m = record.cell_size_m;
     content.static_cells = record.static_cells;

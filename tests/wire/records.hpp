@@ -64,6 +64,9 @@ inline std::vector<std::uint8_t> random_image(Random& random, std::size_t pixels
 }
 
 /// A keyframe with about `cells` cells, off the wire's grid.
+/// Slip along one axis by so many metres, as the square root of it.
+inline SlipCovariance along(const Eigen::Vector3f& axis_m) { return axis_m * axis_m.transpose(); }
+
 inline KeyframeRecord random_record(std::uint64_t seed, std::uint32_t cells = 200) {
   Random random(mix_bits(seed));
   KeyframeRecord record;

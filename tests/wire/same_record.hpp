@@ -27,6 +27,7 @@ inline void check_same(const KeyframeRecord& a, const KeyframeRecord& b) {
   CHECK(a.left_out == b.left_out);
   CHECK(same(a.T_odometry_keyframe, b.T_odometry_keyframe));
   CHECK(a.up == b.up);
+  CHECK(a.slip == b.slip);
   CHECK(std::equal(a.scans.begin(), a.scans.end(), b.scans.begin(), b.scans.end(),
                    [](const auto& x, const auto& y) {
                      return x.scan_index == y.scan_index && x.stamp_ns == y.stamp_ns &&

@@ -77,6 +77,17 @@ struct KeyframeUp {
   friend bool operator==(const KeyframeUp&, const KeyframeUp&) = default;
 };
 
+/// Covariance of a translation along the odometry frame's axes, m²: how far the odometry slipped on
+/// axes that its sensors did not determine. Zero where they determined all.
+using SlipCovariance = Eigen::Matrix3f;
+
+/// Largest variance of a slip, m²: more says no more.
+inline constexpr float kMostSlip_m2 = 1e6F;
+
+/// Whether it is one that is not zero: finite, symmetric, without negative eigenvalues but for
+/// rounding, at most `kMostSlip_m2`.
+[[nodiscard]] bool is_slip(const SlipCovariance& covariance) noexcept;
+
 /// What one keyframe looks like to loop search, in its levelled frame (paper section V-A).
 /// Triangles are not part of it: they follow from the keypoints, bit-identically, wherever they are
 /// needed, so only keypoints are transmitted.
@@ -94,11 +105,12 @@ struct KeyframeContent {
   /// labels, cells and counts, but is never finished, has no place, no images and no up, and leaves
   /// no evidence. Encoding it is refused (docs/using.md).
   bool repeats = false;
-  std::uint32_t reference_scan = 0;     ///< index into `scans`; the keyframe's pose is this scan's
-  Pose T_odometry_keyframe;             ///< levelled frame at the reference scan's sensor pose
-  KeyframeUp up;                        ///< how level that frame is
-  std::span<const KeyframeScan> scans;  ///< in order of time
-  float cell_size_m = kFineCellSizeM;   ///< edge of the cells, whose grid is the odometry's
+  std::uint32_t reference_scan = 0;  ///< index into `scans`; the keyframe's pose is this scan's
+  Pose T_odometry_keyframe;          ///< levelled frame at the reference scan's sensor pose
+  KeyframeUp up;                     ///< how level that frame is
+  SlipCovariance slip = SlipCovariance::Zero();  ///< since the keyframe before
+  std::span<const KeyframeScan> scans;           ///< in order of time
+  float cell_size_m = kFineCellSizeM;       ///< edge of the cells, whose grid is the odometry's
   std::span<const FineCell> static_cells;   ///< the map's contribution
   std::span<const FineCell> dynamic_cells;  ///< what was removed, for display and audit
   /// Free-space images: evidence about the cells of neighbouring keyframes.

@@ -28,6 +28,7 @@ struct KeyframeRecord {
   std::uint32_t reference_scan = 0;  ///< index into `scans`
   Pose T_odometry_keyframe;          ///< levelled keyframe frame to odometry frame, metres
   KeyframeUp up;                     ///< unknown with older senders
+  SlipCovariance slip = SlipCovariance::Zero();  ///< as in `KeyframeContent`
   /// The rest has not arrived yet: cells, images and all scans but the reference scan.
   bool is_summary = false;
   std::vector<KeyframeScan> scans;      ///< in order of time

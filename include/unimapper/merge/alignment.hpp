@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "unimapper/core/keyframe.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
 #include "unimapper/merge/merge_config.hpp"
@@ -51,6 +52,8 @@ struct AlignmentSession {
   int central_priority = 0;
   std::vector<KnownPosition> positions{};         ///< of its keyframes; at most one of each
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< in its odometry frame, of length one
+  /// By keyframe, since the one before (`KeyframeContent::slip`); empty: none.
+  std::vector<SlipCovariance> slips{};
 };
 
 /// The state of all maps after alignment.

@@ -44,6 +44,11 @@ struct [[nodiscard]] OdometryResult {
   const char* reason = "";  ///< why the state is not `kTracking`; static text, never null
 };
 
+/// What `Pipeline::add_slip` takes with this scan: covariance of the translation along the weak
+/// axes alone, and along all where the odometry is lost; else zero. Along the odometry frame's
+/// axes, m².
+[[nodiscard]] Eigen::Matrix3d slip_of(const OdometryResult& result) noexcept;
+
 /// Counts since `create`, for diagnosis.
 struct OdometryStatistics {
   std::uint64_t scans = 0;                 ///< accepted

@@ -89,6 +89,13 @@ class Pipeline {
   ScanResult add_scan(const PointView& points, const Pose& T_odometry_sensor,
                       std::int64_t stamp_ns) noexcept;
 
+  /// Tells what the pose of the next scan is uncertain by, since that of the scan before, along
+  /// axes that the odometry did not determine (`slip_of` of the own odometry): covariance of the
+  /// translation along the odometry frame's axes, m². Keyframes carry it to the base, whose pose
+  /// graph then gives way along these axes alone. Several calls add up. False, with nothing
+  /// changed, for what is no covariance (`is_slip`); zero is one. O(1).
+  [[nodiscard]] bool add_slip(const Eigen::Matrix3d& covariance_m2) noexcept;
+
   /// Closes a keyframe that has fewer scans than configured (end of a run) and finishes it. With
   /// `PipelineConfig::deferred` keyframes before may have to be closed and finished first, and one
   /// call does so with no more than one: call until none is ready and none finished any more.

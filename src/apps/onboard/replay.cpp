@@ -64,6 +64,7 @@ void Replay::feed(std::size_t index) {
   const auto called = std::chrono::steady_clock::now();
   {
     const linux_port::AllocationGuard guard;
+    (void)pipeline_.add_slip(dataset_.slip(index));  // of the own odometry: always one
     result = pipeline_.add_scan(points, dataset_.pose(index), dataset_.stamp_ns(index));
   }
   const auto returned = std::chrono::steady_clock::now();

@@ -38,7 +38,7 @@ AlignmentProblem::AlignmentProblem(const std::vector<AlignmentSession>& all_sess
   std::vector<SessionPath> odometry;
   odometry.reserve(sessions.size());
   for (const auto& session : sessions) {
-    odometry.emplace_back(session.T_odometry_keyframe, config.odometry);
+    odometry.emplace_back(session.T_odometry_keyframe, config.odometry, session.slips);
   }
   state = make_map_state(std::move(odometry));
   for (std::size_t s = 0; s < sessions.size(); ++s) {
@@ -59,7 +59,8 @@ AlignmentProblem::AlignmentProblem(const std::vector<AlignmentSession>& all_sess
 void AlignmentProblem::set_drift(std::size_t session, double scale) {
   drift_scale[session] = scale;
   state.odometry[session] =
-      SessionPath(sessions[session].T_odometry_keyframe, config.odometry).with_drift(scale);
+      SessionPath(sessions[session].T_odometry_keyframe, config.odometry, sessions[session].slips)
+          .with_drift(scale);
 }
 
 std::vector<LoopConstraint> AlignmentProblem::select(std::span<const std::size_t> indices) const {

@@ -10,14 +10,16 @@ namespace unimapper::merge {
 namespace {
 
 /// Covariance of the translation and rotation between two keyframes, both in the frame of the
-/// session: errors of each step are isotropic, and its rotation has a lever to the far end.
+/// session: errors of each step are isotropic but for its slip, and its rotation has a lever to the
+/// far end.
 Matrix6d chain_covariance(const SessionPath& odometry, std::size_t i, std::size_t j) {
   Matrix6d covariance = Matrix6d::Zero();
   for (std::size_t k = i + 1; k <= j; ++k) {
-    const RelativeVariance step = odometry.variance(k - 1, k);
+    const RelativeVariance step = odometry.drift_variance(k - 1, k);
     const Eigen::Matrix3d lever = skew(odometry[j].translation - odometry[k].translation);
     covariance.topLeftCorner<3, 3>() -= step.rotation * (lever * lever);
     covariance.topLeftCorner<3, 3>().diagonal().array() += step.translation;
+    covariance.topLeftCorner<3, 3>() += odometry.slip(k - 1, k);
     covariance.topRightCorner<3, 3>() -= step.rotation * lever;
     covariance.bottomRightCorner<3, 3>().diagonal().array() += step.rotation;
   }
@@ -54,9 +56,10 @@ void interpolate_chain(const SessionPath& odometry, std::size_t i, std::size_t j
       odometry[j].rotation * (turn.angle() * turn.axis());
   const Vector6d share = Cholesky<6>(chain_covariance(odometry, i, j)).solve(missed);
   for (std::size_t k = i + 1; k < j; ++k) {
-    const RelativeVariance variance = odometry.variance(k - 1, k);
+    const RelativeVariance variance = odometry.drift_variance(k - 1, k);
     const Eigen::Vector3d lever = odometry[j].translation - odometry[k].translation;
-    const Eigen::Vector3d shift = variance.translation * share.head<3>();
+    const Eigen::Vector3d shift =
+        variance.translation * share.head<3>() + odometry.slip(k - 1, k) * share.head<3>();
     const Eigen::Vector3d rotation =
         variance.rotation * (share.tail<3>() + lever.cross(share.head<3>()));
     Pose step = step_between(odometry, k - 1, k);

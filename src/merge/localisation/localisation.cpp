@@ -71,7 +71,7 @@ class Localiser::State {
     if (!robot().empty()) travelled_m_ += step_to(keyframe).norm();
     robot().push_back(std::move(keyframe));
     forget_old();
-    path_ = SessionPath(robot_poses(), config_.odometry);
+    path_ = odometry_of(sessions_[robot_], config_.odometry);
     take(verified_loops());
     lose_if_unsure();
     return answer();
@@ -105,12 +105,6 @@ class Localiser::State {
     return sessions_[robot_].keyframes;
   }
   [[nodiscard]] std::size_t newest() const { return robot().size() - 1; }
-
-  [[nodiscard]] std::vector<Pose> robot_poses() const {
-    std::vector<Pose> poses;
-    for (const KeyframeRecord& k : robot()) poses.push_back(k.T_odometry_keyframe);
-    return poses;
-  }
 
   void check(const KeyframeRecord& keyframe) const {
     if (!keyframe.T_odometry_keyframe.is_rigid()) {

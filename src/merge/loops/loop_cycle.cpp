@@ -33,7 +33,7 @@ Matrix6d propagated(const Matrix6d& jacobian, const Matrix6d& covariance) {
 Matrix6d odometry_covariance(const SessionPath& path, std::size_t i, std::size_t j) {
   const RelativeVariance v = path.variance(i, j);
   Matrix6d covariance = Matrix6d::Zero();
-  covariance.topLeftCorner<3, 3>().diagonal().setConstant(v.translation);
+  covariance.topLeftCorner<3, 3>() = path.translation_covariance(i, j);
   covariance.bottomRightCorner<3, 3>().diagonal().setConstant(v.rotation);
   return covariance;
 }

@@ -25,7 +25,9 @@ struct RelativeVariance {
 class SessionPath {
  public:
   SessionPath() = default;
-  SessionPath(std::vector<Pose> T_session_keyframe, const OdometryNoiseConfig& noise);
+  /// `slips`: by keyframe, since the one before; empty: none.
+  SessionPath(std::vector<Pose> T_session_keyframe, const OdometryNoiseConfig& noise,
+              const std::vector<SlipCovariance>& slips = {});
 
   [[nodiscard]] std::size_t size() const { return poses_.size(); }
   /// Poses in the frame of the session.
@@ -36,9 +38,15 @@ class SessionPath {
   /// Metres travelled in all.
   [[nodiscard]] double length_m() const { return path_.empty() ? 0.0 : path_.back(); }
 
-  /// Variance of T_i_j by odometry alone. Rotation errors made on the way act with the lever
-  /// from where they were made to the far end. O(1).
+  /// Variance of T_i_j by odometry alone, along the axis of the largest slip. Rotation errors made
+  /// on the way act with the lever from where they were made to the far end. O(1).
   [[nodiscard]] RelativeVariance variance(std::size_t i, std::size_t j) const;
+  /// Variance by drift alone, which is that along every axis.
+  [[nodiscard]] RelativeVariance drift_variance(std::size_t i, std::size_t j) const;
+  /// Covariance of slips between keyframes, along the axes of the session.
+  [[nodiscard]] Eigen::Matrix3d slip(std::size_t i, std::size_t j) const;
+  /// Covariance of the translation of T_i_j.
+  [[nodiscard]] Eigen::Matrix3d translation_covariance(std::size_t i, std::size_t j) const;
 
   /// Information of the odometry edge between keyframes `i` and `j`.
   [[nodiscard]] Matrix6d information(std::size_t i, std::size_t j) const;
@@ -57,6 +65,7 @@ class SessionPath {
   // Sums over path segments of length, length * middle and length * |middle|^2.
   std::vector<Eigen::Vector3d> lever_first_;
   std::vector<double> lever_second_;
+  std::vector<Eigen::Matrix3d> slip_;  // sums; empty: none
   OdometryNoiseConfig noise_;
 };
 

@@ -17,6 +17,7 @@ struct ScanOrigin {
   std::uint32_t index;  ///< running number
   std::int64_t stamp_ns;
   Pose T_odometry_sensor;
+  SlipCovariance slip = SlipCovariance::Zero();  ///< since the scan before
 };
 
 /// What is known of a keyframe. Cells and pixels lie elsewhere.

@@ -67,6 +67,7 @@ void KeyframeBuilder::begin_scan(const PointView& points, const ScanOrigin& orig
   blocks_before_ = accumulator_.cells().block_count();
   keyframe.scans[accumulator_.scans()] = {origin.index, origin.stamp_ns, used};
   keyframe.statistics.aligned_scans += aligner_.aligned() ? 1 : 0;
+  slip_ += origin.slip;
   sampling_.add_pose(origin.T_odometry_sensor);
 }
 
@@ -132,6 +133,10 @@ void KeyframeBuilder::close(Keyframe& keyframe) noexcept {
   view.scans = {keyframe.scans, accumulator_.scans()};
   view.reference_scan = accumulator_.scans() / 2;
   view.T_odometry_keyframe = level_frame(keyframe.scans[view.reference_scan].T_odometry_sensor);
+  // Half of what a keyframe may have, so that rounding makes none invalid.
+  const float most = std::max(slip_.maxCoeff(), 1.0F);
+  view.slip = slip_ * std::min(1.0F, 0.5F * kMostSlip_m2 / most);
+  slip_.setZero();
   view.points_in = keyframe.statistics.points_in;
   keyframe.statistics.attitude_noise_deg = aligner_.noise_deg();
   keyframe.statistics.sweep_tilt_deg = aligner_.sweep_tilt_deg();

@@ -68,6 +68,8 @@ class KeyframeBuilder {
   /// Closes the keyframe: its scans, its frame as the odometry levels it, what is known of the
   /// sensor.
   void close(Keyframe& keyframe) noexcept;
+  /// The keyframe is not to be sent: the slip is that of the next one.
+  void keep_slip(const SlipCovariance& slip) noexcept { slip_ += slip; }
 
   /// The points of the open keyframe, or of the last one.
   [[nodiscard]] const ScanAccumulator& scans() const noexcept { return accumulator_; }
@@ -100,7 +102,8 @@ class KeyframeBuilder {
   RangePainter painter_;
   SamplingMonitor sampling_;
   GroundAligner aligner_;
-  bool adding_ = false;  ///< a scan was begun and is not added yet
+  SlipCovariance slip_ = SlipCovariance::Zero();  ///< since the last keyframe was closed
+  bool adding_ = false;                           ///< a scan was begun and is not added yet
   bool open_ = false;
   bool measuring_ = false;  ///< the first scan of the next keyframe is being measured
   bool measured_ = false;   ///< the first scan of the next keyframe was measured

@@ -84,7 +84,9 @@ void Pipeline::State::begin_closing() noexcept {
 void Pipeline::State::decide() noexcept {
   current->view.repeats = standing.repeats(window.blocks(), removal.cells());
   current->view.sequence = current->view.repeats ? sequence - 1 : sequence++;
-  if (!current->view.repeats) {
+  if (current->view.repeats) {
+    builder.keep_slip(current->view.slip);
+  } else {
     finisher.begin_labels(window, removal.cells(), finished_untold, *current);
     find_up();
   }

@@ -65,6 +65,10 @@ TEST_CASE("C's odometry has the bits of C++'s") {
     CHECK(c.covariance[6 * 5 + 4] == cpp.covariance(5, 4));
     CHECK(c.weak_axis_count == cpp.weak.count);
     CHECK(std::string(c.reason) == cpp.reason);
+    double slip[9];
+    c.state = UM_ODOMETRY_LOST;
+    REQUIRE(um_odometry_slip(&c, slip) == UM_OK);
+    CHECK(slip[5] == cpp.covariance(1, 2));
   }
 }
 
