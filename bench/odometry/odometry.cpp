@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <ctime>
+#include <random>
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
@@ -69,16 +71,50 @@ struct Run {
   std::size_t lost = 0;
 };
 
-Run run(const datasets::Dataset& dataset) {
+/// Tells the odometry of what a gyroscope would measure: 200 Hz, by the recorded poses.
+class SimulatedGyroscope {
+ public:
+  explicit SimulatedGyroscope(const datasets::Dataset& dataset) : dataset_(dataset) {}
+
+  /// All samples up to a time.
+  void tell(std::int64_t until_ns, LidarOdometry& odometry) {
+    constexpr std::int64_t kPeriod_ns = 5'000'000;
+    if (next_ns_ == 0) next_ns_ = until_ns - 400'000'000;
+    for (; next_ns_ <= until_ns; next_ns_ += kPeriod_ns) {
+      const auto before = dataset_.pose_at(next_ns_ - kPeriod_ns / 2);
+      const auto after = dataset_.pose_at(next_ns_ + kPeriod_ns / 2);
+      if (!before || !after) continue;
+      const Eigen::AngleAxisd turn(before->rotation.transpose() * after->rotation);
+      const Eigen::Vector3d noise(noise_(random_), noise_(random_), noise_(random_));
+      const Eigen::Vector3d bias(0.01, -0.02, 0.015);
+      static_cast<void>(odometry.add_angular_velocity(
+          next_ns_, turn.angle() / (1e-9 * kPeriod_ns) * turn.axis() + bias + noise));
+    }
+  }
+
+ private:
+  const datasets::Dataset& dataset_;
+  std::int64_t next_ns_ = 0;
+  std::mt19937 random_{1};
+  std::normal_distribution<double> noise_{0.0, 0.005};  // rad/s
+};
+
+Run run(const datasets::Dataset& dataset, bool has_gyroscope) {
   const LidarOdometryConfig config;
   MemoryBlock memory(LidarOdometry::required_bytes(config));
   const auto created = LidarOdometry::create(config, memory.span());
   if (!created) throw std::runtime_error(created.error().message);
   const std::vector<Pose> truths = dataset.ground_truth_poses();
   Run run;
+  SimulatedGyroscope gyroscope(dataset);
   datasets::Scan scan;
   for (std::size_t i = 0; i < dataset.scan_count(); ++i) {
     dataset.read_scan(i, scan);
+    const float last_s =
+        scan.time_s.empty() ? 0.0F : *std::max_element(scan.time_s.begin(), scan.time_s.end());
+    if (has_gyroscope) {
+      gyroscope.tell(dataset.stamp_ns(i) + static_cast<std::int64_t>(1e9F * last_s), **created);
+    }
     const double begin_ms = processor_ms();
     const OdometryResult result =
         (*created)->add_scan(dataset.stamp_ns(i), scan.view(), scan.time_s);
@@ -109,13 +145,14 @@ void print(Run run) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fprintf(stderr, "usage: odometry_bench RECORDING\n");
+  const bool has_gyroscope = argc == 3 && std::string(argv[2]) == "gyroscope";
+  if (argc != 2 && !has_gyroscope) {
+    std::fprintf(stderr, "usage: odometry_bench RECORDING [gyroscope]\n");
     return 2;
   }
   try {
     // The odometry compensates sweeps by itself.
-    print(run(*datasets::open_dataset(argv[1], {.deskew = datasets::Deskew::kOff})));
+    print(run(*datasets::open_dataset(argv[1], {.deskew = datasets::Deskew::kOff}), has_gyroscope));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "odometry_bench: %s\n", error.what());
     return 1;

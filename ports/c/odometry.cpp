@@ -107,6 +107,14 @@ um_status um_odometry_init(const um_odometry_config* config, void* memory, std::
   return say(UM_OK, "");
 }
 
+um_status um_odometry_add_angular_velocity(um_odometry* odometry, std::int64_t stamp_ns,
+                                           const double rad_s[3]) {
+  if (!is_odometry(odometry)) return UM_INVALID_HANDLE;
+  if (rad_s == nullptr) return UM_NULL_ARGUMENT;
+  const Eigen::Vector3d angular_velocity(rad_s[0], rad_s[1], rad_s[2]);
+  return to_c(odometry->core->add_angular_velocity(stamp_ns, angular_velocity).code);
+}
+
 um_status um_odometry_add_scan(um_odometry* odometry, const um_points* points, const float* time_s,
                                std::int64_t stamp_ns, um_odometry_result* result) {
   if (!is_odometry(odometry)) return UM_INVALID_HANDLE;

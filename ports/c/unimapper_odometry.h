@@ -68,6 +68,14 @@ UM_API UM_CHECKED um_status um_odometry_init(const um_odometry_config* config, v
                                              size_t bytes, um_odometry** odometry,
                                              const char** message);
 
+/** Takes what the gyroscope of an IMU measured about the sensor's axes, rad/s, by the clock of the
+ *  scans. Optional: rotations are predicted by it then, and sweeps compensated. Tell it of all up
+ * to a scan's last point before that scan. UM_INVALID_POSE (not finite, or of 34 rad/s or more),
+ *  UM_TIME_REVERSED: nothing has changed. */
+UM_API UM_CHECKED um_status um_odometry_add_angular_velocity(um_odometry* odometry,
+                                                             int64_t stamp_ns,
+                                                             const double rad_s[3]);
+
 /** Registers a scan. `time_s` (may be null: the scan is motion-compensated) has for every point the
  *  seconds after the stamp at which it was measured; they may be negative.
  *

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <new>
 
+#include "gyroscope.hpp"
 #include "local_map.hpp"
 #include "motion.hpp"
 #include "registration.hpp"
@@ -60,6 +61,9 @@ struct LidarOdometry::State {
   void keep_scan() noexcept;
 
   // Registration.
+  [[nodiscard]] std::int64_t time_ns(double after_stamp_s) const noexcept;
+  void ask_gyroscope(double seconds) noexcept;
+  bool turn_in_sweep(double after_middle_s, Eigen::Matrix3d& R_middle_then) const noexcept;
   [[nodiscard]] Pose ahead(const Interval& interval, double share = 1.0) const noexcept;
   [[nodiscard]] Expectation expected(const Interval& interval) const noexcept;
   [[nodiscard]] Registered track(const Interval& interval, const Pose& start) noexcept;
@@ -92,6 +96,13 @@ struct LidarOdometry::State {
   LocalMap maps[2];
   std::uint32_t scans_in_map = 0;
 
+  Gyroscope gyroscope;
+  Eigen::Matrix3d turn;  // since the scan before, by the gyroscope
+  bool turn_seen = false;
+  bool turn_known = false;  // and scans do not contradict it
+  SweepTurns turns;         // of the scan at hand, likewise
+  bool turns_known = false;
+
   std::int64_t stamp_ns = 0;  // of the last scan that was accepted
   double middle_s = 0.0;      // its points' mean time, after the stamp
   Pose T_odometry_middle;     // its pose then
@@ -107,6 +118,7 @@ void LidarOdometry::State::allocate(Arena& arena) noexcept {
   constexpr std::size_t kFewerCoarse = 4;  // they are nine times larger along a plane
   maps[0].allocate(arena, config.max_voxels, config.voxel_m);
   maps[1].allocate(arena, config.max_voxels / kFewerCoarse, kCoarseVoxels * config.voxel_m);
+  gyroscope.allocate(arena);
   thinning.allocate(arena, config);
   source.allocate(arena, config.max_points);
   sample.allocate(arena, config.max_points / kSampledOneOf + 1);
@@ -154,8 +166,8 @@ void LidarOdometry::State::keep_scan() noexcept {
 
 void LidarOdometry::State::extend_map(std::span<const ScanPoint> points, const Interval& interval,
                                       const Pose& T_odometry_now, double now_s) noexcept {
-  const Sweep sweep =
-      Sweep::of(points, interval.T_odometry_before, T_odometry_now, interval.seconds, now_s);
+  const Sweep sweep = Sweep::of(points, interval.T_odometry_before, T_odometry_now,
+                                interval.seconds, now_s, interval.turns);
   for (const ScanPoint& point : points) {
     const Eigen::Vector3d place_m =
         sweep.place(point.position_m.cast<double>(), point.time_s).place_m;
@@ -179,8 +191,50 @@ void LidarOdometry::State::begin_map(const Velocity& v) noexcept {
 // Registration
 
 Pose LidarOdometry::State::ahead(const Interval& interval, double share) const noexcept {
-  return interval.T_odometry_before *
-         moved(velocity, share * std::min(interval.seconds, kLongestPrediction_s));
+  Pose way = moved(velocity, share * std::min(interval.seconds, kLongestPrediction_s));
+  // A start without any motion stays one: for a gyroscope of other axes or units.
+  if (turn_known && share != 0.0) way.rotation = turn;
+  return interval.T_odometry_before * way;
+}
+
+std::int64_t LidarOdometry::State::time_ns(double after_stamp_s) const noexcept {
+  return stamp_ns + static_cast<std::int64_t>(after_stamp_s * 1e9);
+}
+
+/// What the gyroscope says of the time from the scan before to the last point of this one.
+void LidarOdometry::State::ask_gyroscope(double seconds) noexcept {
+  constexpr std::int64_t kLatest_ns = 1LL << 62U;  // so that no sum overflows
+  turn_seen = false;
+  turn_known = false;
+  turns_known = false;
+  if (stamp_ns > kLatest_ns || stamp_ns < -kLatest_ns || seconds > kLongestPrediction_s) return;
+  turn_seen = gyroscope.rotation(time_ns(middle_s - seconds), time_ns(middle_s), turn);
+  turn_known = turn_seen && !gyroscope.is_contradicted();
+  turns.first_s = 0.0F;
+  turns.last_s = 0.0F;
+  for (const ScanPoint& point : thinning.fine()) {
+    const float after_s = point.time_s - static_cast<float>(middle_s);
+    turns.first_s = std::min(turns.first_s, after_s);
+    turns.last_s = std::max(turns.last_s, after_s);
+  }
+  turns_known = turn_known;
+  for (int i = 0; i < SweepTurns::kCount && turns_known; ++i) {
+    const double share = static_cast<double>(i) / (SweepTurns::kCount - 1);
+    const double after_s = static_cast<double>(turns.first_s) +
+                           share * static_cast<double>(turns.last_s - turns.first_s);
+    turns_known = turn_in_sweep(after_s, turns.R_middle_then[i]);
+  }
+}
+
+/// From the middle of the sweep; false where samples leave a gap.
+bool LidarOdometry::State::turn_in_sweep(double after_middle_s,
+                                         Eigen::Matrix3d& R_middle_then) const noexcept {
+  const std::int64_t middle_ns = time_ns(middle_s);
+  const std::int64_t then_ns = time_ns(middle_s + after_middle_s);
+  const bool is_known =
+      gyroscope.rotation(std::min(then_ns, middle_ns), std::max(then_ns, middle_ns), R_middle_then);
+  if (then_ns < middle_ns) R_middle_then = Eigen::Matrix3d(R_middle_then.transpose());
+  return is_known;
 }
 
 Expectation LidarOdometry::State::expected(const Interval& interval) const noexcept {
@@ -347,7 +401,8 @@ OdometryResult LidarOdometry::State::go_on(double seconds) noexcept {
   constexpr double kSuspicious = 0.8;  // of the usual fit
   constexpr double kHopeless = 0.4;    // the same
   take_source();
-  Interval interval{T_odometry_middle, seconds};
+  ask_gyroscope(seconds);
+  Interval interval{T_odometry_middle, seconds, turns_known ? &turns : nullptr};
   const bool is_second = scans_in_map == 1;
   Registered found = is_second ? track_second(interval) : track(interval, ahead(interval));
   if (!is_second) hold_back(interval, found);
@@ -370,13 +425,21 @@ OdometryResult LidarOdometry::State::accept(const Registered& found, const Inter
   constexpr double kForget = 0.1;
   const bool is_second = scans_in_map == 1;
   if (!is_second) learn_deviation(ahead(interval), found.pose);
+  if (turn_seen && !WeakMotion::is_weak(found.determination.share.tail<3>().minCoeff())) {
+    gyroscope.learn(interval.T_odometry_before.rotation.transpose() * found.pose.rotation, turn,
+                    moved(velocity, interval.seconds).rotation, interval.seconds);
+  }
   usual_fit = is_second ? found_fit : usual_fit + kForget * (found_fit - usual_fit);
   lost_scans = 0;
   velocity = velocity_of(interval.T_odometry_before.inverse() * found.pose, interval.seconds);
   T_odometry_middle = found.pose;
   extend_map(thinning.fine(), interval, found.pose, middle_s);
 
-  result.T_odometry_sensor = found.pose * moved(velocity, -middle_s);
+  Pose T_middle_stamp = moved(velocity, -middle_s);
+  Eigen::Matrix3d turn_to_stamp;
+  if (turns_known && turn_in_sweep(-middle_s, turn_to_stamp))
+    T_middle_stamp.rotation = turn_to_stamp;
+  result.T_odometry_sensor = found.pose * T_middle_stamp;
   result.velocity_m_s = velocity.linear_m_s;
   result.angular_velocity_rad_s = velocity.angular_rad_s;
   const Eigen::Matrix3d to_sensor = result.T_odometry_sensor.rotation.transpose();
@@ -448,6 +511,14 @@ Expected<LidarOdometry*> LidarOdometry::create(const LidarOdometryConfig& config
   state->allocate(arena);
   state->odometry.state_ = state;
   return &state->odometry;
+}
+
+Error LidarOdometry::add_angular_velocity(std::int64_t stamp_ns,
+                                          const Eigen::Vector3d& rad_s) noexcept {
+  const Error error = state_->gyroscope.add(stamp_ns, rad_s);
+  OdometryStatistics& statistics = state_->statistics;
+  ++(error.ok() ? statistics.angular_velocities : statistics.angular_velocities_refused);
+  return error;
 }
 
 OdometryResult LidarOdometry::add_scan(std::int64_t stamp_ns, const PointView& points,

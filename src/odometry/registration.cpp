@@ -189,7 +189,8 @@ Registered register_points(std::span<SourcePoint> points, Maps maps, const Inter
                            const Tolerance& tolerance) noexcept {
   constexpr double kSmallStep = 1e-4;  // m and rad
   const auto sweep_at = [&](const Pose& pose) {
-    return Sweep::of(points, interval.T_odometry_before, pose, interval.seconds);
+    return Sweep::of(points, interval.T_odometry_before, pose, interval.seconds, 0.0,
+                     interval.turns);
   };
   Registered result;
   result.pose = start;
@@ -215,7 +216,8 @@ Registered register_points(std::span<SourcePoint> points, Maps maps, const Inter
 
 double fit_of(std::span<SourcePoint> points, Maps maps, const Interval& interval, const Pose& pose,
               double kernel_m) noexcept {
-  const Sweep sweep = Sweep::of(points, interval.T_odometry_before, pose, interval.seconds);
+  const Sweep sweep =
+      Sweep::of(points, interval.T_odometry_before, pose, interval.seconds, 0.0, interval.turns);
   double sum = 0.0;
   Match m;
   for (SourcePoint& point : points) {

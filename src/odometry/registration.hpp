@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "gyroscope.hpp"
 #include "local_map.hpp"
 #include "unimapper/core/pose.hpp"
 
@@ -52,6 +53,7 @@ struct Tolerance {
 struct Interval {
   Pose T_odometry_before;
   double seconds = 0.1;
+  const SweepTurns* turns = nullptr;  ///< within the sweep, where a gyroscope knows them
 };
 
 /// Where the sensor is expected to be, for directions that few points determine.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "gyroscope.hpp"
 #include "motion.hpp"
 
 namespace unimapper::odometry {
@@ -12,11 +13,12 @@ namespace unimapper::odometry {
 class Sweep {
  public:
   /// `T_odometry_before` is the pose `interval_s` before `T_odometry_middle`. `points`: anything
-  /// with `time_s`, seconds after the stamp, as is `middle_s`.
+  /// with `time_s`, seconds after the stamp, as is `middle_s`. `turns`: where a gyroscope knows how
+  /// the sensor turned meanwhile; else null.
   template <typename Points>
   [[nodiscard]] static Sweep of(const Points& points, const Pose& T_odometry_before,
                                 const Pose& T_odometry_middle, double interval_s,
-                                double middle_s = 0.0) noexcept {
+                                double middle_s = 0.0, const SweepTurns* turns = nullptr) noexcept {
     Sweep sweep;
     sweep.poses_[0] = T_odometry_middle;
     float first = static_cast<float>(middle_s);
@@ -24,6 +26,10 @@ class Sweep {
     for (const auto& point : points) {
       first = std::min(first, point.time_s);
       last = std::max(last, point.time_s);
+    }
+    if (turns != nullptr) {
+      first = static_cast<float>(middle_s) + turns->first_s;
+      last = static_cast<float>(middle_s) + turns->last_s;
     }
     constexpr float kLeast_s = 1e-6F;  // of a sweep; steps of a shorter one may have no inverse
     if (!(last - first > kLeast_s)) return sweep;
@@ -35,7 +41,9 @@ class Sweep {
     for (int i = 0; i < kPoses; ++i) {
       const double time_s =
           static_cast<double>(first) + i / static_cast<double>(sweep.steps_per_s_) - middle_s;
-      sweep.poses_[i] = T_odometry_middle * moved(velocity, time_s);
+      Pose way = moved(velocity, time_s);
+      if (turns != nullptr) way.rotation = turns->R_middle_then[i];
+      sweep.poses_[i] = T_odometry_middle * way;
     }
     return sweep;
   }
@@ -61,7 +69,7 @@ class Sweep {
   }
 
  private:
-  static constexpr int kPoses = 33;  // of a sweep that turns by 90 degrees, 3 each
+  static constexpr int kPoses = SweepTurns::kCount;
 
   Pose poses_[kPoses];
   float first_s_ = 0.0F;

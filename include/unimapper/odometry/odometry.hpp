@@ -56,6 +56,8 @@ struct OdometryStatistics {
   std::uint64_t points_without_voxel = 0;  ///< for which one of the two maps had no room, for each
   std::uint32_t voxels = 0;                ///< in the local map
   std::uint32_t restarts = 0;              ///< times the local map was begun anew
+  std::uint64_t angular_velocities = 0;    ///< accepted
+  std::uint64_t angular_velocities_refused = 0;  ///< not finite, too fast, or not later than before
 };
 
 /// Registers each scan to a local map of those before. Bounded memory and loops: no heap, no locks,
@@ -79,6 +81,17 @@ class LidarOdometry {
   /// and some 15 passes over the thinned ones; where a scan fits badly, a few times that.
   OdometryResult add_scan(std::int64_t stamp_ns, const PointView& points,
                           std::span<const float> time_s) noexcept;
+
+  /// Takes what the gyroscope of an IMU measured, about the sensor's axes, by the clock of the
+  /// scans. Optional. Rotations are predicted by it then, and sweeps compensated. It is to be told
+  /// of all up to a scan's last point before that scan; where samples are more than 50 ms apart it
+  /// is as without. The bias is learned while the sensor hardly turns. Where scans contradict it
+  /// (other axes, degrees) it is not used.
+  ///
+  /// Refuses, counted and with nothing changed: what is not finite, or of 34 rad/s or more
+  /// (`kInvalidPose`), and what is not later than the sample before (`kTimeReversed`). The last
+  /// 1024 are kept. O(1).
+  Error add_angular_velocity(std::int64_t stamp_ns, const Eigen::Vector3d& rad_s) noexcept;
 
   /// Counts since `create`.
   [[nodiscard]] const OdometryStatistics& statistics() const noexcept;

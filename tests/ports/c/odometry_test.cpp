@@ -52,6 +52,13 @@ TEST_CASE("C's odometry has the bits of C++'s") {
   for (int i = 0; i < 4; ++i) {
     const std::vector<Eigen::Vector3f> scan = points_at(i);
     const um_points points = points_of(scan);
+    for (int k = 0; k < 10; ++k) {
+      const std::int64_t stamp_ns = i * kPeriod_ns + k * kPeriod_ns / 10;
+      const double rad_s[3] = {0.01, 0.0, 0.2};
+      const Eigen::Vector3d same(rad_s[0], rad_s[1], rad_s[2]);
+      CHECK(um_odometry_add_angular_velocity(block.odometry, stamp_ns, rad_s) == UM_OK);
+      CHECK(created.value()->add_angular_velocity(stamp_ns, same).ok());
+    }
     um_odometry_result c;
     c.struct_size = sizeof c;
     REQUIRE(um_odometry_add_scan(block.odometry, &points, nullptr, i * kPeriod_ns, &c) == UM_OK);
