@@ -258,3 +258,21 @@ TEST_CASE("Among many pairs that are joined together only the wrong one is refus
     CHECK(alignment.decisions[i].reason == "contradicts the maps merged before");
   }
 }
+
+TEST_CASE("A stretch on which odometry slipped is corrected by the loops if it is told") {
+  constexpr std::size_t kCount = 40;
+  constexpr std::size_t kSlipped = 20;
+  for (const bool is_told : {false, true}) {
+    Scene scene = beside_each_other({kCount, kCount});
+    AlignmentSession& slipped = scene.sessions[1];
+    for (std::size_t k = kSlipped; k < kCount; ++k) {
+      slipped.T_odometry_keyframe[k].translation.x() += 5.0;
+    }
+    slipped.slips.assign(kCount, SlipCovariance::Zero());
+    if (is_told) slipped.slips[kSlipped](0, 0) = 25.0F;
+    connect_side_by_side(scene.loops, 1, 0, kCount);
+    const Alignment alignment = align(scene);
+    CHECK(alignment.connected[1] == is_told);
+    if (is_told) CHECK(apart_m(alignment, {0, kCount - 1}, {1, kCount - 1}) < 0.05);
+  }
+}
