@@ -45,8 +45,9 @@ function(unimapper_library name)
     target_compile_definitions(unimapper_${name} PRIVATE EIGEN_DONT_VECTORIZE
       EIGEN_MAX_ALIGN_BYTES=16 EIGEN_MAX_STATIC_ALIGN_BYTES=16)
   endif()
-  if(arg_FREESTANDING)
-    # The C library's shared form is made of the same objects and shows none of their symbols.
+  if(arg_FREESTANDING OR UNIMAPPER_PYTHON)
+    # The C library's shared form and the Python module are made of the same objects and show none of
+    # their symbols.
     set_target_properties(unimapper_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON
       CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   endif()
