@@ -17,6 +17,8 @@ void bind_pipeline(pybind11::module_& module);
 void bind_odometry(pybind11::module_& module);
 /// `PlaceDescriber` and `PlaceDatabase`.
 void bind_places(pybind11::module_& module);
+/// `Session`, as a part of merging.
+void bind_sessions(pybind11::module_& module);
 /// Sessions, merging and stored maps.
 void bind_merge(pybind11::module_& module);
 /// Errors of trajectories, labels and maps.

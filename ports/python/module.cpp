@@ -18,5 +18,7 @@ PYBIND11_MODULE(unimapper, module) {
   bind_keyframe(module);
   bind_pipeline(module);
   bind_odometry(module);
+  bind_places(module);
+  bind_merge(module);
   bind_evaluate(module);
 }

@@ -26,12 +26,12 @@ def tool(*words):
     return done.stdout
 
 
-def drive(route="A", scans=60):
-    """The folder of a drive of a few seconds through a town."""
+def drive(route="A", scans=100):
+    """The folder of a drive of ten seconds across a campus; those of two routes can be merged."""
     path = folder() / f"drive_{route}"
     if path.exists():
         return path
-    tool("simulate", "--scene", "town", "--sensor", "vlp-16", "--scans", scans, "--thin", 2,
+    tool("simulate", "--scene", "campus", "--sensor", "vlp-16", "--scans", scans, "--thin", 2,
          "--route", route, "--out", path)
     return path
 

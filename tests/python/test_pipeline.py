@@ -50,7 +50,7 @@ class Labels(unittest.TestCase):
         while (sequence := pipeline.relabel_next()) is not None:
             relabel(sequence)
 
-        self.assertEqual(len(online), 60)
+        self.assertEqual(len(online), 100)
         dynamic = 0
         for folder, labels in (("labels", online), ("final/labels", final)):
             for i, scan in enumerate(scans):
