@@ -91,7 +91,8 @@ py::array_t<T> vector_of(const py::object& object, const char* name) {
   if (array.ndim() != 1) {
     throw py::value_error(std::string(name) + ": the shape is (N,), not " + shape_text(array));
   }
-  return py::array_t<T, py::array::c_style | py::array::forcecast>(array);
+  return py::array_t<T, py::array::c_style | py::array::forcecast |
+                            py::detail::npy_api::NPY_ARRAY_ALIGNED_>(array);
 }
 template py::array_t<float> vector_of(const py::object&, const char*);
 template py::array_t<std::int64_t> vector_of(const py::object&, const char*);

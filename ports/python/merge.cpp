@@ -27,7 +27,8 @@ struct MergedMap {
 };
 
 std::unique_ptr<MergedMap> merge_map(const std::vector<const Session*>& sessions,
-                                     const merge::MergeConfig& config, const Progress& progress) {
+                                     merge::MergeConfig config, const Progress& progress) {
+  // A copy: the configuration is other threads' to change without the GIL.
   require_ok(config.validate());
   auto map = std::make_unique<MergedMap>();
   std::vector<SessionData*> all;

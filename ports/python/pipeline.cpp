@@ -205,10 +205,29 @@ py::bytes encoded(LockedPipeline& pipeline, std::uint32_t robot, std::uint64_t b
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
+py::object relabelled(LockedPipeline& pipeline) {
+  RelabelledKeyframe keyframe;
+  {
+    const py::gil_scoped_release release;
+    keyframe = pipeline.relabelled();
+  }
+  return sequence_or_none(keyframe);
+}
+
+py::object relabel_next(LockedPipeline& pipeline) {
+  RelabelledKeyframe keyframe;
+  {
+    const py::gil_scoped_release release;
+    keyframe = pipeline.relabel_next();
+  }
+  return sequence_or_none(keyframe);
+}
+
 void insert_place(LockedPipeline& pipeline, const Place& place, std::uint32_t session,
                   std::uint32_t keyframe, const py::object& T_session_place) {
   if (session == 0) throw py::value_error("session: 0 is the pipeline's own; others begin at 1");
   const Pose pose = rigid_pose_of(T_session_place, "T_session_place");
+  const py::gil_scoped_release release;
   pipeline.insert_place(place, {session, keyframe}, pose);
 }
 
@@ -279,13 +298,11 @@ void bind_pipeline(py::module_& module) {
       .def("labels", &labels_of, py::arg("scan_in_keyframe"), py::arg("out") = py::none(),
            "Labels of a scan of `keyframe()`: (N,) uint8 in the order of its points.\n\n"
            "out: a (N,) uint8 array that they are written into, and which is returned.")
-      .def(
-          "relabelled", [](LockedPipeline& p) { return sequence_or_none(p.relabelled()); },
-          "Number of the keyframe that left the window in the last call, or None: its labels are "
-          "final.")
-      .def(
-          "relabel_next", [](LockedPipeline& p) { return sequence_or_none(p.relabel_next()); },
-          "After `flush`: relabels the next keyframe of the window; its number, or None.")
+      .def("relabelled", &relabelled,
+           "Number of the keyframe that left the window in the last call, or None: its labels are "
+           "final.")
+      .def("relabel_next", &relabel_next,
+           "After `flush`: relabels the next keyframe of the window; its number, or None.")
       .def("relabel", &relabel, py::arg("points"), py::arg("T_odometry_sensor"), py::arg("labels"),
            "Applies the final labels of the keyframe that `relabelled` or `relabel_next` named to "
            "one of\nits scans: points and pose as given to `add_scan`, labels changed in place. "
