@@ -67,11 +67,20 @@ py::array_t<float> map_points(const MergedMap& map) {
   return array_from(std::move(points));
 }
 
-template <auto Member>
-py::array_t<std::uint32_t> map_numbers(const MergedMap& map) {
+/// What `number` says of each point.
+template <typename Number>
+py::array_t<std::uint32_t> map_numbers(const MergedMap& map, const Number& number) {
   std::vector<std::uint32_t> numbers;
-  for (const merge::MapPoint& point : map.result.map) numbers.push_back(point.*Member);
+  for (const merge::MapPoint& point : map.result.map) numbers.push_back(number(point));
   return array_from(std::move(numbers));
+}
+
+py::array_t<std::uint32_t> point_sessions(const MergedMap& map) {
+  return map_numbers(map, [](const merge::MapPoint& point) { return point.session; });
+}
+
+py::array_t<std::uint32_t> sessions_seen(const MergedMap& map) {
+  return map_numbers(map, [](const merge::MapPoint& point) { return point.sessions_seen; });
 }
 
 py::array_t<float> dynamic_points(const MergedMap& map) {
@@ -141,10 +150,9 @@ void bind_map(py::module_& module) {
   py::class_<MergedMap>(module, "MergedMap",
                         "Sessions in one frame, in metres. Methods return new arrays and lists.")
       .def("points", &map_points, "The unified map's static points: (N, 3) float32.")
-      .def("point_sessions", &map_numbers<&merge::MapPoint::session>,
+      .def("point_sessions", &point_sessions,
            "Index of the first session that saw each point: (N,) uint32.")
-      .def("sessions_seen", &map_numbers<&merge::MapPoint::sessions_seen>,
-           "How many sessions saw each point: (N,) uint32.")
+      .def("sessions_seen", &sessions_seen, "How many sessions saw each point: (N,) uint32.")
       .def("dynamic_points", &dynamic_points, "Removed points: (N, 3) float32.")
       .def("sessions", &sessions_list,
            "Dicts by session: name, status (central, merged, provisional or unconnected), reason,\n"

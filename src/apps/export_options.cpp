@@ -41,6 +41,8 @@ void add_export_options(CLI::App& command, merge::ExportOptions& options) {
       .add_option("--tile", options.tile_m,
                   "Write the map as tiles of this edge, metres, too: tiles/X_Y.ply")
       ->check(CLI::Range(1.0, 1e6));
+  command.add_flag("--las", options.las,
+                   "Write the map, and its tiles, as LAS 1.4, too: map.las, tiles/X_Y.las");
   CLI::Option* grid = command
                           .add_option_function<double>(
                               "--grid",
@@ -73,6 +75,7 @@ std::string export_command_line(const merge::ExportOptions& options) {
   }
   if (options.voxel_m > 0.0) line += " --voxel" + number(options.voxel_m);
   if (options.tile_m > 0.0) line += " --tile" + number(options.tile_m);
+  if (options.las) line += " --las";
   if (options.grid) {
     line += " --grid" + number(options.grid->resolution_m) + " --grid-height" +
             number(options.grid->clearance_m);

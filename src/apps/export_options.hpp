@@ -8,7 +8,7 @@
 
 namespace unimapper::apps {
 
-/// Adds --box, --voxel, --tile, --grid and --grid-height to a command.
+/// Adds --box, --voxel, --tile, --las, --grid and --grid-height to a command.
 void add_export_options(CLI::App& command, merge::ExportOptions& options);
 
 /// The export options as the user would type them, each with a space before it.

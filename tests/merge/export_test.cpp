@@ -197,8 +197,8 @@ TEST_CASE("The summary counts loops, shared points, changes and the sessions' po
   add(0, 1, true, "descriptor");
   add(1, 1, true, "radius");
   add(1, 0, false, "not level");
-  for (const std::uint32_t seen : {1U, 2U, 2U, 1U}) {
-    result.map.push_back({Eigen::Vector3f::Zero(), 0, seen});
+  for (const bool is_shared : {false, true, true, false}) {
+    result.map.push_back({Eigen::Vector3f::Zero(), 0, is_shared ? 2U : 1U});
   }
   for (const bool appeared : {true, false, false}) {
     result.changes.push_back({Eigen::Vector3f::Zero(), 1, appeared});

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "unimapper/merge/merger.hpp"
@@ -32,11 +33,19 @@ struct MapBox {
   Eigen::Vector3d high = Eigen::Vector3d::Zero();  ///< metres
 };
 
+/// The coordinate system of the site frame: projected, metres, as a person says.
+struct CoordinateSystem {
+  std::string name;  ///< as in "EPSG:25832"; empty: not known
+  std::string wkt;   ///< OGC 01-009 ("WKT 1")
+};
+
 /// How much of a map is written, and in which form.
 struct ExportOptions {
   std::optional<MapBox> box;        ///< only points in it: map, changes, removed, tiles
   double voxel_m = 0.0;             ///< one point of the map per so large a voxel; 0: all
   double tile_m = 0.0;              ///< edge of tiles that the map is written in, too; 0: none
+  bool las = false;                 ///< map and tiles as LAS files, too
+  CoordinateSystem crs;             ///< of the site frame, for LAS files and the summary
   std::optional<GridOptions> grid;  ///< none: no grid is written
 };
 
@@ -48,15 +57,22 @@ struct ExportOptions {
 ///  - map.ply, changes.ply, removed.ply: binary; coloured by session, green for appeared and red
 ///    for gone, without a colour
 ///  - tiles/X_Y.ply: as map.ply; a tile begins at X and Y times its edge
+///  - map.las, tiles/X_Y.las, if asked for: the same points as LAS 1.4, in the site frame
 ///  - grid.pgm, grid.yaml: the navigation grid as ROS's map server reads it
 ///  - georeference.json, if positions are known: where the map lies in the site frame
 ///  - summary.json: the same bytes for the same input; timing.json: the stages' durations
 /// Throws std::runtime_error naming the file that cannot be written, and for a grid that would be
-/// too large. Returns the grid, for what it has to say.
+/// too large, and a coordinate system for a map that no position places. Returns the grid, for what
+/// it has to say.
 std::optional<NavigationGrid> export_map(const std::filesystem::path& folder,
                                          const std::vector<SessionData>& sessions,
                                          const MergeResult& result,
                                          const ExportOptions& options = {});
+
+/// The static cells of a session alone as a LAS file, their mean in each 0.2 m; `placed` is in its
+/// odometry frame. Throws std::runtime_error.
+void write_session_las(const std::filesystem::path& path, const SessionData& session,
+                       MergedSession placed);
 
 /// A binary PLY file of positions alone, metres. Throws std::runtime_error.
 void write_positions(const std::filesystem::path& path,

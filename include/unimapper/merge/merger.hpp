@@ -51,9 +51,11 @@ struct MergedSession {
 
 /// A point of the unified map.
 struct MapPoint {
-  Eigen::Vector3f position;         ///< map frame, metres
-  std::uint32_t session = 0;        ///< index of the first session that saw it
-  std::uint32_t sessions_seen = 0;  ///< how many sessions saw it
+  Eigen::Vector3f position;   ///< map frame, metres
+  std::uint32_t session = 0;  ///< index of the first session that saw it
+  /// How many sessions saw it. With the bit behind it, since maps are files of these.
+  std::uint32_t sessions_seen : 31 = 0;
+  std::uint32_t is_ground : 1 = 0;  ///< most of its cells are ground
 };
 
 /// A point of one session where another session observed free space.

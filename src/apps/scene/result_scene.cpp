@@ -109,6 +109,11 @@ ResultScene scene_of_run(const std::filesystem::path& run) {
   return scene;
 }
 
+void write_las_of_run(const std::filesystem::path& file, const std::filesystem::path& run) {
+  const SessionData session = read_run(run);
+  merge::write_session_las(file, session, alone(session));
+}
+
 ResultScene scene_of_merge(const std::vector<SessionData>& sessions,
                            const merge::MergeResult& result) {
   ResultScene scene;

@@ -43,6 +43,10 @@ struct ResultScene {
 [[nodiscard]] ResultScene scene_of_merge(const std::vector<SessionData>& sessions,
                                          const merge::MergeResult& result);
 
+/// Writes the static cells of a run as a LAS file, their mean in each 0.2 m, in the coordinates of
+/// the run's odometry. Throws std::runtime_error.
+void write_las_of_run(const std::filesystem::path& file, const std::filesystem::path& run);
+
 /// Writes an MCAP file with the topics /static, /removed (and /appeared, /gone of a merge),
 /// /SESSION/trajectory, /SESSION/pose, /loops and /tf. Throws BagError.
 void write_scene(const std::filesystem::path& file, const ResultScene& scene);

@@ -108,10 +108,12 @@ nlohmann::ordered_json describe(const UprightBox& box) {
 }
 
 /// Where the map lies in the site frame.
-nlohmann::ordered_json georeference_summary(const MergeResult& result) {
+nlohmann::ordered_json georeference_summary(const MergeResult& result,
+                                            const CoordinateSystem& crs) {
   const Georeference& georeference = *result.georeference;
   const Eigen::Vector3d& origin = georeference.origin;
   nlohmann::ordered_json json;
+  if (!crs.name.empty()) json["crs"] = crs.name;
   json["origin"] = {origin.x(), origin.y(), origin.z()};
   json["horizontal"] = georeference.is_horizontal;
   json["heading_sigma_rad"] = nullptr;
@@ -171,7 +173,7 @@ Points chosen_points(const Points& points, const ExportOptions& options) {
 }  // namespace
 
 void write_summary(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
-                   const MergeResult& result) {
+                   const MergeResult& result, const CoordinateSystem& crs) {
   nlohmann::ordered_json json;
   json["sessions"] = nlohmann::ordered_json::array();
   for (std::size_t s = 0; s < sessions.size(); ++s) {
@@ -181,7 +183,7 @@ void write_summary(const std::filesystem::path& path, const std::vector<SessionD
     json["sessions"].back()["origin"] = {origin.x(), origin.y(), origin.z()};
   }
   json["pairs"] = pair_summaries(sessions, result);
-  if (result.georeference) json["georeference"] = georeference_summary(result);
+  if (result.georeference) json["georeference"] = georeference_summary(result, crs);
   std::size_t intra = 0;
   std::size_t inter = 0;
   std::size_t rejected = 0;
@@ -237,9 +239,9 @@ void write_changed_objects(const std::filesystem::path& path,
 }
 
 void write_georeference(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
-                        const MergeResult& result) {
+                        const MergeResult& result, const CoordinateSystem& crs) {
   nlohmann::ordered_json json;
-  if (result.georeference) json = georeference_summary(result);
+  if (result.georeference) json = georeference_summary(result, crs);
   json["positions"] = nlohmann::ordered_json::array();
   for (const PositionOutcome& position : result.positions) {
     const KnownPosition& given = position.given;
@@ -276,6 +278,9 @@ void make_folder(const std::filesystem::path& folder) {
 std::optional<NavigationGrid> export_map(const std::filesystem::path& folder,
                                          const std::vector<SessionData>& sessions,
                                          const MergeResult& result, const ExportOptions& options) {
+  if (!options.crs.name.empty() && !(result.georeference && result.georeference->is_horizontal)) {
+    throw std::runtime_error("no known position of x and y places the map in " + options.crs.name);
+  }
   make_folder(folder / "trajectories");
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     const bool connected = is_in_map(result.sessions[s].status);
@@ -288,7 +293,11 @@ std::optional<NavigationGrid> export_map(const std::filesystem::path& folder,
   write_loops(folder / "loops.csv", sessions, result);
   const ExternalVector<MapPoint> points = chosen_points(result.map, options);
   write_map_points(folder / "map.ply", points);
-  if (options.tile_m > 0.0) write_tiles(folder / "tiles", points, options.tile_m);
+  const LasFrame las{map_offset(sessions, result), options.crs.wkt, last_stamp_ns(sessions)};
+  if (options.las) write_las(folder / "map.las", points, las);
+  if (options.tile_m > 0.0) {
+    write_tiles(folder / "tiles", points, options.tile_m, options.las ? &las : nullptr);
+  }
   write_changed_points(folder / "changes.ply", chosen_points(result.changes, options));
   write_changed_objects(folder / "changes.json", sessions, result, options);
   write_positions(folder / "removed.ply", chosen_points(result.dynamic_points, options));
@@ -297,9 +306,9 @@ std::optional<NavigationGrid> export_map(const std::filesystem::path& folder,
     grid = navigation_grid(sessions, result, *options.grid);
     write_grid(folder, "grid", *grid);
   }
-  write_summary(folder / "summary.json", sessions, result);
+  write_summary(folder / "summary.json", sessions, result, options.crs);
   if (!result.positions.empty()) {
-    write_georeference(folder / "georeference.json", sessions, result);
+    write_georeference(folder / "georeference.json", sessions, result, options.crs);
   }
   write_timing(folder / "timing.json", result);
   return grid;

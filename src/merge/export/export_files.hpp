@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "src/merge/export/las.hpp"
 #include "unimapper/merge/export.hpp"
 
 namespace unimapper::merge {
@@ -43,9 +44,9 @@ void write_pose_graph(const std::filesystem::path& path, const std::vector<Sessi
                       const MergeResult& result);
 void write_loops(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
                  const MergeResult& result);
-/// One file per tile that has points.
+/// One file per tile that has points; with `las` a LAS file beside it.
 void write_tiles(const std::filesystem::path& folder, const ExternalVector<MapPoint>& points,
-                 double tile_m);
+                 double tile_m, const LasFrame* las = nullptr);
 void write_map_points(const std::filesystem::path& path, const ExternalVector<MapPoint>& points);
 void write_changed_points(const std::filesystem::path& path,
                           const std::vector<ChangedPoint>& points);
@@ -59,10 +60,10 @@ void write_grid(const std::filesystem::path& folder, const std::string& name,
 /// Makes a folder and those above it.
 void make_folder(const std::filesystem::path& folder);
 void write_summary(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
-                   const MergeResult& result);
+                   const MergeResult& result, const CoordinateSystem& crs = {});
 /// georeference.json: where the map lies in the site frame, and what became of each position.
 void write_georeference(const std::filesystem::path& path, const std::vector<SessionData>& sessions,
-                        const MergeResult& result);
+                        const MergeResult& result, const CoordinateSystem& crs = {});
 void write_timing(const std::filesystem::path& path, const MergeResult& result);
 
 }  // namespace unimapper::merge

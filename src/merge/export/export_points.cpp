@@ -90,7 +90,7 @@ void write_map_points(const std::filesystem::path& path, const ExternalVector<Ma
 }
 
 void write_tiles(const std::filesystem::path& folder, const ExternalVector<MapPoint>& points,
-                 double tile_m) {
+                 double tile_m, const LasFrame* las) {
   make_folder(folder);
   std::map<std::pair<std::int64_t, std::int64_t>, ExternalVector<MapPoint>> tiles;
   for (const MapPoint& point : points) {
@@ -101,6 +101,7 @@ void write_tiles(const std::filesystem::path& folder, const ExternalVector<MapPo
   for (const auto& [tile, content] : tiles) {
     const std::string name = std::to_string(tile.first) + "_" + std::to_string(tile.second);
     write_map_points(folder / (name + ".ply"), content);
+    if (las != nullptr) write_las(folder / (name + ".las"), content, *las);
   }
 }
 

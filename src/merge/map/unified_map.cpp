@@ -32,6 +32,7 @@ void unite_tile(const std::vector<const SessionVoxels*>& sessions, const MapTile
   VoxelTable table;
   std::vector<MapPoint> points;
   std::vector<std::uint32_t> cells;
+  std::vector<std::uint32_t> ground;
   float size_m = 0.0F;  // all sessions have the same
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     if (sessions[s] == nullptr) continue;
@@ -41,16 +42,19 @@ void unite_tile(const std::vector<const SessionVoxels*>& sessions, const MapTile
       if (number == points.size()) {
         points.push_back({Eigen::Vector3f::Zero(), static_cast<std::uint32_t>(s), 0});
         cells.push_back(0);
+        ground.push_back(0);
       }
       // The sum of positions, until all are added.
       points[number].position += voxel.sum;
       cells[number] += voxel.cells;
+      ground[number] += voxel.ground;
       ++points[number].sessions_seen;
     });
   }
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3f mean = points[i].position / static_cast<float>(cells[i]);
     points[i].position = voxel_corner(table.key(i), size_m) + mean;
+    points[i].is_ground = 2 * ground[i] > cells[i] ? 1U : 0U;
     map.push_back(points[i]);
   }
 }
