@@ -45,6 +45,34 @@ class GivenMotion {
 
   [[nodiscard]] double interval_s() const { return interval_s_; }
 
+  /// Standard deviations per axis of what differs from pose to pose at random.
+  struct Noise {
+    double turned_rad = 0.0;
+    double moved_m = 0.0;
+  };
+  /// Fourth differences: those of driving and swaying are small against those of noise.
+  [[nodiscard]] Noise noise() const {
+    constexpr std::size_t kMost = 400;
+    constexpr double kTwoAxes = 1.177;               // median of the length, in standard deviations
+    const double gain = kTwoAxes * std::sqrt(70.0);  // 1 -4 6 -4 1
+    std::vector<double> turned;
+    std::vector<double> moved;
+    const std::size_t step = 1 + poses_.size() / kMost;
+    for (std::size_t i = 2; i + 2 < poses_.size(); i += step) {
+      const auto turn = [&](std::size_t j) {
+        return rotation_vector(poses_[i].rotation.transpose() * poses_[j].rotation);
+      };
+      const auto at = [&](std::size_t j) -> Eigen::Vector3d {
+        return poses_[j].translation - poses_[i].translation;
+      };
+      turned.push_back((turn(i - 2) - 4.0 * (turn(i - 1) + turn(i + 1)) + turn(i + 2)).norm() /
+                       gain);
+      moved.push_back((at(i - 2) - 4.0 * (at(i - 1) + at(i + 1)) + at(i + 2)).norm() / gain);
+    }
+    if (turned.empty()) return {};
+    return {median(std::span(turned)), median(std::span(moved))};
+  }
+
   /// Empty beyond the ends and in gaps.
   [[nodiscard]] std::optional<Pose> at(std::int64_t stamp_ns, double later_s) const {
     if (poses_.size() < 3) return std::nullopt;
@@ -354,6 +382,7 @@ class DelayCosts {
  public:
   DelayCosts(const Track& track, std::span<const RegisteredMotion> motions) {
     const GivenMotion given(track);
+    noise_ = given.noise();
     for (const RegisteredMotion& motion : motions) {
       std::array<double, kDelays>& sums = sums_.emplace_back();
       if (sums_.size() > 1) sums = sums_[sums_.size() - 2];
@@ -382,20 +411,23 @@ class DelayCosts {
   }
 
  private:
-  static double cost(const GivenMotion& given, const RegisteredMotion& motion, double delay_s) {
-    constexpr double kAngle_rad = 0.3 / kDegreesPerRadian;
-    constexpr double kShift_m = 0.06;
+  [[nodiscard]] double cost(const GivenMotion& given, const RegisteredMotion& motion,
+                            double delay_s) const {
+    const double metres = motion.T_first_second.translation.norm();
+    const double angle_rad = std::hypot(0.3 / kDegreesPerRadian, 2.0 * noise_.turned_rad);
+    const double shift_m = std::hypot(0.06, 2.0 * noise_.moved_m, metres * noise_.turned_rad);
     // Of a motion that cannot be compared: an outlier.
     constexpr double kUnknown = 10.0;
     const auto first = given.at(motion.first_ns, delay_s);
     const auto second = given.at(motion.second_ns, delay_s);
     if (!first || !second) return kUnknown;
     const Pose off = motion.T_first_second.inverse() * (first->inverse() * *second);
-    const double turned = rotation_angle(off.rotation) / kAngle_rad;
-    const double moved = off.translation.norm() / kShift_m;
+    const double turned = rotation_angle(off.rotation) / angle_rad;
+    const double moved = off.translation.norm() / shift_m;
     return std::min(kUnknown, std::log1p(turned * turned) + std::log1p(moved * moved));
   }
 
+  GivenMotion::Noise noise_;
   std::vector<std::array<double, kDelays>> sums_;  ///< up to each motion
 };
 

@@ -58,6 +58,7 @@ struct Drive {
   std::size_t wrong_motions = 0;
   double sway_deg = 0.0;  ///< of the robot
   double step_s = 0.0;    ///< that the given poses are later from half way on
+  unsigned seed = 5;
 
   [[nodiscard]] Pose at(double seconds) const {
     const double sway = sway_deg / kDegreesPerRadian;
@@ -74,7 +75,7 @@ struct Drive {
   }
 
   [[nodiscard]] Recorded record() const {
-    std::mt19937 random(5);  // NOLINT: the same drive every time
+    std::mt19937 random(seed);  // NOLINT: the same drive every time
     std::normal_distribution<double> normal;
     const auto noise = [&](double sigma) {
       return Eigen::Vector3d(sigma * normal(random), sigma * normal(random),
@@ -261,6 +262,27 @@ TEST_CASE("One delay, a mount that is off and wrong registrations are no clock t
   const auto found = find_clock_step(recorded.track(), recorded.motions);
   CHECK_FALSE(found.has_value());
   CHECK(check_clock_step(found, 0.0).severity == Severity::kFine);
+}
+
+TEST_CASE("Noise of the attitude is no clock that steps", "[calibration]") {
+  Drive drive;
+  drive.is_straight = true;
+  drive.attitude_noise_deg = 0.7;
+  drive.seed = GENERATE(36U, 38U, 89U);  // of a hundred those that looked like a step before
+  const Recorded recorded = drive.record();
+  CHECK(check_clock_step(find_clock_step(recorded.track(), recorded.motions), 0.0).severity ==
+        Severity::kFine);
+}
+
+TEST_CASE("Noise of the attitude hides no clock that steps", "[calibration]") {
+  Drive drive;
+  drive.attitude_noise_deg = 0.7;
+  drive.step_s = GENERATE(-0.5, 0.3);
+  const Recorded recorded = drive.record();
+  const auto found = find_clock_step(recorded.track(), recorded.motions);
+  REQUIRE(found.has_value());
+  CHECK(found->is_sure);
+  CHECK(found->after_s - found->before_s == Approx(drive.step_s).margin(0.06));
 }
 
 TEST_CASE("Poses that are right, late or of a mount that is off are no known mistake",
