@@ -193,7 +193,10 @@ void check_outside_recording(const fs::path& folder, const fs::path& dataset) {
 }
 
 void check_output_file(const fs::path& file, bool replaces) {
-  if (replaces || !fs::exists(file)) return;
+  if (!fs::exists(file)) return;
+  // A renamed file would take the place of a device.
+  if (!fs::is_regular_file(file)) throw std::runtime_error(file.string() + ": is not a file");
+  if (replaces) return;
   throw std::runtime_error(file.string() +
                            ": exists; --replace overwrites it, or choose another file");
 }

@@ -26,7 +26,7 @@ void check_outside_recording(const std::filesystem::path& folder,
                              const std::filesystem::path& dataset);
 
 /// Checks that `file` may be written, before any work is done. Throws std::runtime_error where it
-/// exists, unless `replaces`.
+/// exists, unless `replaces`, and where it is a folder or a device.
 void check_output_file(const std::filesystem::path& file, bool replaces);
 
 /// Removes what an earlier command wrote to `folder` as `output`, so that nothing of it is left

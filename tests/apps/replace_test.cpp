@@ -121,6 +121,14 @@ TEST_CASE("a file for other programs is kept without --replace") {
   (void)run_well(merge, kReplace);
 }
 
+TEST_CASE("a device or a folder is never replaced by a file") {
+  const Fixture fixture;
+  for (const std::string& path : {std::string("/dev/full"), fixture.directory.path().string()}) {
+    check_refused(run_unimapper({"export", fixture.run, "--las", path}, kReplace),
+                  path + ": is not a file");
+  }
+}
+
 TEST_CASE("an earlier simulation is kept without --replace and leaves nothing with it") {
   const TemporaryDirectory directory;
   const fs::path out = directory / "drive";

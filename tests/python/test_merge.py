@@ -194,8 +194,8 @@ class Places(unittest.TestCase):
             unimapper.PlaceDatabase().insert(unimapper.PlaceDescriber().describe(drives.street()),
                                              (1, 0), np.full((4, 4), np.nan))
         config = unimapper.DescriptorConfig()
-        config["max_candidates"] = 8
         with self.assertRaises(ValueError):
+            config["max_keypoints"] = 4  # fewer than any place needs
             unimapper.PlaceDescriber(config)
         with self.assertRaises((TypeError, ValueError)):
             unimapper.PlaceDescriber(max_cells=-1)
