@@ -10,7 +10,7 @@
 #include "ports/python/bindings.hpp"
 #include "ports/python/sessions.hpp"
 #include "src/apps/map/stored_map.hpp"
-#include "src/apps/merge/options.hpp"
+#include "src/apps/merge/merge_options.hpp"
 #include "src/apps/merge/stored_contents.hpp"
 #include "unimapper/merge/export.hpp"
 #include "unimapper/merge/merger.hpp"

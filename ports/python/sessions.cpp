@@ -8,7 +8,7 @@
 
 #include "ports/python/arrays.hpp"
 #include "ports/python/bindings.hpp"
-#include "src/apps/merge/options.hpp"
+#include "src/apps/merge/merge_options.hpp"
 #include "src/apps/merge/stored_contents.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"

@@ -2,7 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "src/apps/base/options.hpp"
+#include "src/apps/base/base_options.hpp"
 #include "src/apps/commands.hpp"
 
 namespace unimapper::apps {

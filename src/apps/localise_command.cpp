@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "src/apps/commands.hpp"
-#include "src/apps/localise/options.hpp"
+#include "src/apps/localise/localise_options.hpp"
 
 namespace unimapper::apps {
 

@@ -8,7 +8,7 @@
 
 #include "src/apps/commands.hpp"
 #include "src/apps/export_options.hpp"
-#include "src/apps/map/options.hpp"
+#include "src/apps/map/map_options.hpp"
 
 namespace unimapper::apps {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "src/apps/commands.hpp"
 #include "src/apps/export_options.hpp"
-#include "src/apps/merge/options.hpp"
+#include "src/apps/merge/merge_options.hpp"
 
 namespace unimapper::apps {
 namespace {

@@ -10,7 +10,7 @@
 #include "src/apps/commands.hpp"
 #include "src/apps/input_options.hpp"
 #include "src/apps/onboard/input_check.hpp"
-#include "src/apps/onboard/options.hpp"
+#include "src/apps/onboard/onboard_options.hpp"
 #include "src/apps/output_guard.hpp"
 
 namespace unimapper::apps {

@@ -5,7 +5,7 @@
 
 #include "src/apps/commands.hpp"
 #include "src/apps/input_options.hpp"
-#include "src/apps/onboard/options.hpp"
+#include "src/apps/onboard/onboard_options.hpp"
 
 namespace unimapper::apps {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "src/apps/commands.hpp"
-#include "src/apps/view/options.hpp"
+#include "src/apps/view/view_options.hpp"
 
 namespace unimapper::apps {
 

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "src/apps/commands.hpp"
-#include "src/apps/watch/options.hpp"
+#include "src/apps/watch/watch_options.hpp"
 
 namespace unimapper::apps {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "ports/store/store_reader.hpp"
-#include "src/apps/base/options.hpp"
+#include "src/apps/base/base_options.hpp"
 #include "unimapper/wire/receiver.hpp"
 
 namespace unimapper::apps {

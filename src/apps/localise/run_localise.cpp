@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "ports/datasets/writers.hpp"
-#include "src/apps/localise/options.hpp"
+#include "src/apps/localise/localise_options.hpp"
 #include "src/apps/map/stored_map.hpp"
 #include "src/apps/map_pose_text.hpp"
-#include "src/apps/merge/options.hpp"
+#include "src/apps/merge/merge_options.hpp"
 #include "src/apps/merge/stored_contents.hpp"
 #include "src/apps/output_guard.hpp"
 #include "src/apps/replacement.hpp"

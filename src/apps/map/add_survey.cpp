@@ -8,7 +8,7 @@
 #include "ports/datasets/files.hpp"
 #include "ports/store/project_writer.hpp"
 #include "ports/store/session_import.hpp"
-#include "src/apps/map/options.hpp"
+#include "src/apps/map/map_options.hpp"
 #include "src/apps/map/statements.hpp"
 #include "src/apps/survey/survey_keyframes.hpp"
 #include "src/apps/survey/viewpoints.hpp"

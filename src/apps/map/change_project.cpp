@@ -8,7 +8,7 @@
 #include "ports/store/project_writer.hpp"
 #include "ports/store/transaction.hpp"
 #include "src/apps/map/loop_statement.hpp"
-#include "src/apps/map/options.hpp"
+#include "src/apps/map/map_options.hpp"
 #include "src/apps/map/project_merge.hpp"
 #include "src/apps/map/statements.hpp"
 #include "src/apps/map/stored_sessions.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "src/apps/merge/options.hpp"
+#include "src/apps/merge/merge_options.hpp"
 
 namespace unimapper::apps {
 

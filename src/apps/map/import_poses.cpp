@@ -9,7 +9,7 @@
 #include "ports/datasets/files.hpp"
 #include "ports/store/project_writer.hpp"
 #include "src/apps/map/g2o_poses.hpp"
-#include "src/apps/map/options.hpp"
+#include "src/apps/map/map_options.hpp"
 
 namespace unimapper::apps {
 namespace {

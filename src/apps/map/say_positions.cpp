@@ -9,7 +9,7 @@
 #include "ports/datasets/files.hpp"
 #include "ports/store/store_reader.hpp"
 #include "src/apps/map/known_positions.hpp"
-#include "src/apps/map/options.hpp"
+#include "src/apps/map/map_options.hpp"
 #include "src/apps/map/position_file.hpp"
 #include "src/apps/map/statements.hpp"
 #include "src/apps/map/stored_sessions.hpp"

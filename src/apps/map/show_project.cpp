@@ -7,7 +7,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "src/apps/map/options.hpp"
+#include "src/apps/map/map_options.hpp"
 #include "src/apps/map/stored_sessions.hpp"
 
 namespace unimapper::apps {

@@ -7,7 +7,7 @@
 
 #include "ports/store/project.hpp"
 #include "ports/store/session_import.hpp"
-#include "src/apps/map/options.hpp"
+#include "src/apps/map/map_options.hpp"
 
 namespace unimapper::apps {
 

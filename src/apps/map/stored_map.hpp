@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "src/apps/map/stored_sessions.hpp"
-#include "src/apps/merge/options.hpp"
+#include "src/apps/merge/merge_options.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/merge/merger.hpp"
 

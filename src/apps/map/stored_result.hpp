@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "ports/store/project.hpp"
-#include "src/apps/merge/options.hpp"
+#include "src/apps/merge/merge_options.hpp"
 #include "unimapper/merge/merge_config.hpp"
 #include "unimapper/merge/merger.hpp"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "ports/store/store_reader.hpp"
-#include "src/apps/merge/options.hpp"
+#include "src/apps/merge/merge_options.hpp"
 
 namespace unimapper::apps {
 

@@ -8,7 +8,7 @@
 #include "ports/datasets/files.hpp"
 #include "ports/store/store_file.hpp"
 #include "ports/store/store_reader.hpp"
-#include "src/apps/merge/options.hpp"
+#include "src/apps/merge/merge_options.hpp"
 #include "src/apps/merge/run_store.hpp"
 #include "src/apps/merge/stored_contents.hpp"
 #include "src/merge/sessions/keyframe_summaries.hpp"

@@ -9,7 +9,7 @@
 
 #include "ports/datasets/files.hpp"
 #include "src/apps/export_options.hpp"
-#include "src/apps/merge/options.hpp"
+#include "src/apps/merge/merge_options.hpp"
 #include "src/apps/merge/refined_labels.hpp"
 #include "src/apps/merge/session_references.hpp"
 #include "src/apps/merge/stored_contents.hpp"

@@ -9,7 +9,7 @@
 
 #include "ports/delivery/delivery.hpp"
 #include "ports/keys/guards.hpp"
-#include "src/apps/onboard/options.hpp"
+#include "src/apps/onboard/onboard_options.hpp"
 
 namespace unimapper::apps {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
-#include "src/apps/onboard/options.hpp"
+#include "src/apps/onboard/onboard_options.hpp"
 #include "src/input/finding.hpp"
 #include "src/input/odometry_breaks.hpp"
 #include "src/input/plausibility.hpp"

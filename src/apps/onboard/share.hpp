@@ -10,7 +10,7 @@
 
 #include "ports/lcm/doorbell.hpp"
 #include "ports/shared_memory/pipeline_share.hpp"
-#include "src/apps/onboard/options.hpp"
+#include "src/apps/onboard/onboard_options.hpp"
 
 namespace unimapper::apps {
 

@@ -11,8 +11,8 @@
 #include "src/apps/say.hpp"
 #include "src/apps/stop_signals.hpp"
 #include "src/apps/view/map_files.hpp"
-#include "src/apps/view/options.hpp"
 #include "src/apps/view/store_view.hpp"
+#include "src/apps/view/view_options.hpp"
 #include "src/apps/view/view_server.hpp"
 
 namespace unimapper::apps {

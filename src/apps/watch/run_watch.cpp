@@ -15,8 +15,8 @@
 #include "ports/shared_memory/content_reader.hpp"
 #include "ports/shared_memory/reader.hpp"
 #include "src/apps/watch/keyframe_text.hpp"
-#include "src/apps/watch/options.hpp"
 #include "src/apps/watch/shares.hpp"
+#include "src/apps/watch/watch_options.hpp"
 
 namespace unimapper::apps {
 
