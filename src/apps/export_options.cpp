@@ -1,7 +1,8 @@
 // Command-line options of what is written of a map.
 #include "src/apps/export_options.hpp"
 
-#include <cstdio>
+#include <fmt/format.h>
+
 #include <iostream>
 #include <string>
 #include <vector>
@@ -19,11 +20,7 @@ merge::MapBox box_of(const std::vector<double>& faces) {
   return box;
 }
 
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, " %.10g", value);
-  return text;
-}
+std::string number(double value) { return fmt::format(" {:.10g}", value); }
 
 }  // namespace
 

@@ -16,6 +16,7 @@
 #include "src/apps/onboard/input_check.hpp"
 #include "src/apps/onboard/onboard_options.hpp"
 #include "src/apps/onboard/setup.hpp"
+#include "src/apps/print.hpp"
 #include "src/input/plausibility.hpp"
 #include "src/input/text.hpp"
 
@@ -124,7 +125,7 @@ double number(const Json& json) { return json.get<double>(); }
 
 void print(const Json& json) {
   const auto line = [](const char* title, const std::string& value) {
-    std::printf("%-10s %s\n", title, value.c_str());
+    print_to(stdout, "{:<10} {}\n", title, value);
   };
   using input::text;
   line("format", words(json["format"]["name"]) + " (from " + words(json["format"]["from"]) + ")");

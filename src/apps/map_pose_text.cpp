@@ -1,6 +1,6 @@
 #include "src/apps/map_pose_text.hpp"
 
-#include <cstdio>
+#include <fmt/format.h>
 
 #include "unimapper/merge/localisation.hpp"
 
@@ -19,10 +19,8 @@ std::array<double, 7> pose_numbers(const Pose& pose) {
 std::string map_pose_text(const wire::MapPoseMessage& at) {
   if (at.state == wire::MapPoseState::kAmbiguous) return "ambiguous: " + at.reason;
   if (at.state == wire::MapPoseState::kNotYet) return "not yet localised: " + at.reason;
-  char text[128];
-  std::snprintf(text, sizeof text, "localised in the map of epoch %lld by %u loops, within %.2f m",
-                static_cast<long long>(at.epoch), at.loops, position_sigma_m(at));
-  return text;
+  return fmt::format("localised in the map of epoch {} by {} loops, within {:.2f} m", at.epoch,
+                     at.loops, position_sigma_m(at));
 }
 
 }  // namespace unimapper::apps

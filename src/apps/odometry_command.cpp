@@ -12,6 +12,7 @@
 #include "src/apps/onboard/input_check.hpp"
 #include "src/apps/onboard/onboard_options.hpp"
 #include "src/apps/output_guard.hpp"
+#include "src/apps/print.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -23,8 +24,9 @@ void print_motion(const std::vector<std::int64_t>& stamps_ns, const std::vector<
     path_m += (poses[i].translation - poses[i - 1].translation).norm();
   }
   const double apart_m = (poses.back().translation - poses.front().translation).norm();
-  std::printf("%zu poses in %.1f s: a path of %.1f m, its ends %.1f m apart\n", poses.size(),
-              static_cast<double>(stamps_ns.back() - stamps_ns.front()) * 1e-9, path_m, apart_m);
+  print_to(stdout, "{} poses in {:.1f} s: a path of {:.1f} m, its ends {:.1f} m apart\n",
+           poses.size(), static_cast<double>(stamps_ns.back() - stamps_ns.front()) * 1e-9, path_m,
+           apart_m);
 }
 
 void run_odometry(OnboardOptions options) {
@@ -40,7 +42,7 @@ void run_odometry(OnboardOptions options) {
   }
   datasets::write_tum(options.out, stamps_ns, poses);
   for (const datasets::Note& note : dataset.notes()) {
-    std::printf("%s%s\n", note.is_warning ? "warning: " : "", note.text.c_str());
+    print_to(stdout, "{}{}\n", note.is_warning ? "warning: " : "", note.text);
   }
   print_motion(stamps_ns, poses);
 }

@@ -9,6 +9,7 @@
 
 #include "ports/store/store_reader.hpp"
 #include "src/apps/base/base_options.hpp"
+#include "src/apps/print.hpp"
 #include "unimapper/wire/receiver.hpp"
 
 namespace unimapper::apps {
@@ -52,20 +53,20 @@ void print(const std::vector<store::SessionListing>& sessions) {
     keyframes += session.keyframes;
     bytes += session.bytes;
   }
-  std::printf("store        %zu sessions, %llu keyframes, %.1f MB\n", sessions.size(),
-              static_cast<unsigned long long>(keyframes), static_cast<double>(bytes) * 1e-6);
+  print_to(stdout, "store        {} sessions, {} keyframes, {:.1f} MB\n", sessions.size(),
+           keyframes, static_cast<double>(bytes) * 1e-6);
   for (const store::SessionListing& session : sessions) {
     const std::string of_summaries =
         session.summaries == 0 ? "" : " (summaries of " + std::to_string(session.summaries) + ")";
-    std::printf(
-        "session      %s: robot %u, %s, %llu keyframes (%.1f MB) in %.1f s, %llu missing%s, "
-        "%s, first stored %s\n",
-        session.info.name.c_str(), session.info.id.robot,
+    print_to(
+        stdout,
+        "session      {}: robot {}, {}, {} keyframes ({:.1f} MB) in {:.1f} s, {} missing{}, {}, "
+        "first stored {}\n",
+        session.info.name, session.info.id.robot,
         session.info.sensor.empty() ? "unknown sensor" : session.info.sensor.c_str(),
-        static_cast<unsigned long long>(session.keyframes),
-        static_cast<double>(session.bytes) * 1e-6, duration_s(session),
-        static_cast<unsigned long long>(session.missing()), of_summaries.c_str(),
-        session.ended ? "ended" : "open", time_text(session.first_stored_s).c_str());
+        session.keyframes, static_cast<double>(session.bytes) * 1e-6, duration_s(session),
+        session.missing(), of_summaries, session.ended ? "ended" : "open",
+        time_text(session.first_stored_s));
   }
 }
 

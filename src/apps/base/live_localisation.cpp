@@ -1,7 +1,8 @@
 #include "src/apps/base/live_localisation.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <exception>
 #include <iterator>
 #include <stdexcept>
@@ -184,8 +185,7 @@ void LiveLocalisation::tell_state(const wire::MapPoseMessage& message, double pa
   const bool is_lost = followed.state == merge::LocalisationState::kLocalised &&
                        state == merge::LocalisationState::kNotYet;
   followed.state = state;
-  char after[32];
-  std::snprintf(after, sizeof after, ", after %.1f m", path_m);
+  const std::string after = fmt::format(", after {:.1f} m", path_m);
   options_.report(robot_text(followed.id, followed.name) + " is " + (is_lost ? "lost, " : "") +
                   map_pose_text(message) + after);
 }

@@ -1,7 +1,8 @@
 // `unimapper base`: from the network into a store.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <exception>
 #include <iostream>
 #include <map>
@@ -61,9 +62,7 @@ wire::ReceiverLimits limits_of(const BaseOptions& options) {
 }
 
 std::string megabytes(std::uint64_t bytes) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f MB", static_cast<double>(bytes) / kBytesPerMegabyte);
-  return text;
+  return fmt::format("{:.1f} MB", static_cast<double>(bytes) / kBytesPerMegabyte);
 }
 
 /// What was stored since the start, and what the sessions that were heard lack.
@@ -108,12 +107,10 @@ class Status {
     if (told != clock_steps_.end() && told->second == session.clock->steps) return;
     if (told == clock_steps_.end() && clock_steps_.size() >= kMaxSessionsHeard) return;
     clock_steps_[id] = session.clock->steps;
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "the clock here is ahead of that of %s (robot %u) by %.1f ms, within %.1f ms",
-                  session.info.name.c_str(), id.robot,
-                  static_cast<double>(session.clock->base_minus_robot_ns) * 1e-6,
-                  static_cast<double>(session.clock->uncertainty_ns) * 1e-6);
+    const std::string text = fmt::format(
+        "the clock here is ahead of that of {} (robot {}) by {:.1f} ms, within {:.1f} ms",
+        session.info.name, id.robot, static_cast<double>(session.clock->base_minus_robot_ns) * 1e-6,
+        static_cast<double>(session.clock->uncertainty_ns) * 1e-6);
     say(text);
   }
 
@@ -185,9 +182,7 @@ void end_merges(MergeThread& merges) {
                error.what());
   }
   const auto seconds = [](std::chrono::steady_clock::duration time) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.1f s", std::chrono::duration<double>(time).count());
-    return std::string(text);
+    return fmt::format("{:.1f} s", std::chrono::duration<double>(time).count());
   };
   say("merged " + std::to_string(counters.merges) + " times, " + seconds(counters.longest_merge) +
       " the longest; every keyframe was in the map " + seconds(counters.longest_effect) +
@@ -235,9 +230,8 @@ void report_end(const store::KeyframeStore& kept, std::optional<std::uint64_t> w
   const std::optional<std::uint64_t> written = store::bytes_written_to_disk();
   if (!written || !written_before || counters.bytes == 0) return;
   const std::uint64_t bytes = *written - *written_before;
-  char ratio[32];
-  std::snprintf(ratio, sizeof ratio, "%.2f",
-                static_cast<double>(bytes) / static_cast<double>(counters.bytes));
+  const std::string ratio =
+      fmt::format("{:.2f}", static_cast<double>(bytes) / static_cast<double>(counters.bytes));
   say("wrote " + std::to_string(bytes) + " bytes to the disk, " + ratio +
       " for each byte of a keyframe");
 }

@@ -1,6 +1,7 @@
 // `unimapper evaluate breakdown`: results of several drives as rows of Markdown tables.
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -61,9 +62,7 @@ Tally sum(const std::vector<Json>& results, const char* key,
 
 std::string shown(double share) {
   if (!std::isfinite(share)) return "–";
-  char text[16];
-  std::snprintf(text, sizeof text, "%.2f", 100.0 * share);
-  return text;
+  return fmt::format("{:.2f}", 100.0 * share);
 }
 
 std::string class_row(const std::vector<Json>& results) {

@@ -1,7 +1,8 @@
 #include "src/apps/evaluate/worst_table.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 namespace unimapper::apps {
@@ -15,9 +16,7 @@ constexpr std::size_t kObjectsShown = 12;
 
 std::string decimal(double value, const char* unit) {
   if (!std::isfinite(value)) return "–";
-  char text[48];
-  std::snprintf(text, sizeof text, "%.1f%s", value, unit);
-  return text;
+  return fmt::format("{:.1f}{}", value, unit);
 }
 
 /// "car 1200, pedestrian 30": a count of every group that has any.

@@ -18,6 +18,7 @@
 #include "src/apps/merge/merge_options.hpp"
 #include "src/apps/merge/stored_contents.hpp"
 #include "src/apps/output_guard.hpp"
+#include "src/apps/print.hpp"
 #include "src/apps/replacement.hpp"
 #include "src/apps/upper_triangle.hpp"
 #include "unimapper/merge/export.hpp"
@@ -108,28 +109,25 @@ void print_text(const Answers& answers) {
   std::size_t localised = 0;
   for (std::size_t i = 0; i < answers.poses.size(); ++i) {
     const merge::MapPose& at = answers.poses[i];
-    char text[256];
     if (is_localised(at)) {
       ++localised;
       const Eigen::Vector3d& t = at.T_map_keyframe.translation;
-      std::snprintf(
-          text, sizeof text,
-          "keyframe %u  %8.1f m  localised  %.2f %.2f %.2f  +- %.2f m %.2f deg  %zu loops",
+      print_to(
+          stdout,
+          "keyframe {}  {:8.1f} m  localised  {:.2f} {:.2f} {:.2f}  +- {:.2f} m {:.2f} deg  {} "
+          "loops\n",
           answers.sequences[i], at.path_m, t.x(), t.y(), t.z(), position_sigma_m(at),
           rotation_sigma_deg(at), at.loops);
-      std::cout << text << '\n';
-      continue;
+    } else {
+      print_to(stdout, "keyframe {}  {:8.1f} m  {}: {}\n", answers.sequences[i], at.path_m,
+               merge::state_name(at.state), at.reason);
     }
-    std::snprintf(text, sizeof text, "keyframe %u  %8.1f m  %s: ", answers.sequences[i], at.path_m,
-                  merge::state_name(at.state));
-    std::cout << text << at.reason << '\n';
   }
-  std::cout << localised << " of " << answers.poses.size() << " keyframes localised in epoch "
-            << answers.epoch;
+  print_to(stdout, "{} of {} keyframes localised in epoch {}", localised, answers.poses.size(),
+           answers.epoch);
   const double first = first_localised_m(answers);
-  char text[64] = "";
-  if (first >= 0.0) std::snprintf(text, sizeof text, ", first after %.1f m", first);
-  std::cout << text << '\n';
+  if (first >= 0.0) print_to(stdout, ", first after {:.1f} m", first);
+  print_to(stdout, "\n");
 }
 
 void write_poses(const LocaliseOptions& options, const Answers& answers) {
@@ -149,9 +147,9 @@ void write_poses(const LocaliseOptions& options, const Answers& answers) {
 void report_durations(const std::vector<double>& durations_ms) {
   if (durations_ms.empty()) return;
   const double sum = std::accumulate(durations_ms.begin(), durations_ms.end(), 0.0);
-  std::fprintf(stderr, "unimapper: %zu keyframes, %.1f ms each, %.1f ms the longest\n",
-               durations_ms.size(), sum / static_cast<double>(durations_ms.size()),
-               *std::max_element(durations_ms.begin(), durations_ms.end()));
+  print_to(stderr, "unimapper: {} keyframes, {:.1f} ms each, {:.1f} ms the longest\n",
+           durations_ms.size(), sum / static_cast<double>(durations_ms.size()),
+           *std::max_element(durations_ms.begin(), durations_ms.end()));
 }
 
 }  // namespace

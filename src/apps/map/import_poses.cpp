@@ -1,6 +1,7 @@
 // Poses optimised elsewhere as a new epoch of a stored project.
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <iostream>
 #include <map>
 #include <stdexcept>
@@ -58,9 +59,8 @@ void import_poses(const ProjectOptions& options, const std::filesystem::path& gr
   const double farthest_m = replace_poses(result, poses);
   const auto epoch = writer.commit("import " + graph.string(), [&](store::ProjectState& next) {
     next.epoch.result = writer.keep(result);
-    char text[128];
-    std::snprintf(text, sizeof text, "imported %zu poses, which moves keyframes by up to %.3f m",
-                  poses.size(), farthest_m);
+    const std::string text = fmt::format(
+        "imported {} poses, which moves keyframes by up to {:.3f} m", poses.size(), farthest_m);
     return std::optional<std::string>(text);
   });
   std::cout << "epoch " << epoch->number << ": " << epoch->outcome << '\n';

@@ -1,8 +1,9 @@
 #include "src/apps/map/known_positions.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <map>
@@ -19,9 +20,7 @@ namespace {
 constexpr std::int64_t kLongestStepNs = 2500000000;
 
 std::string seconds_text(std::int64_t stamp_ns) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.3f", 1e-9 * static_cast<double>(stamp_ns));
-  return text;
+  return fmt::format("{:.3f}", 1e-9 * static_cast<double>(stamp_ns));
 }
 
 /// Sensor poses of a session by stamp, and reference scans of its keyframes.

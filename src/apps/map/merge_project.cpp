@@ -1,8 +1,8 @@
 // Merges of a stored project, and exports of their results.
+#include <fmt/format.h>
 #include <malloc.h>
 
 #include <chrono>
-#include <cstdio>
 #include <iostream>
 #include <stdexcept>
 #include <string>
@@ -35,8 +35,7 @@ std::function<void(const std::string&)> progress() {
   const auto start = std::chrono::steady_clock::now();
   return [start](const std::string& text) {
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-    char seconds[24];
-    std::snprintf(seconds, sizeof seconds, "%6.1f s", elapsed.count());
+    const std::string seconds = fmt::format("{:6.1f} s", elapsed.count());
     std::cerr << "unimapper: " << seconds << "  " << text << std::endl;
   };
 }

@@ -9,6 +9,7 @@
 
 #include "src/apps/map/map_options.hpp"
 #include "src/apps/map/stored_sessions.hpp"
+#include "src/apps/print.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -129,34 +130,29 @@ void print_epoch(const MapJson& epoch) {
                                      std::to_string(epoch["purged_by"].get<std::int64_t>()) +
                                      " removed a session of it for good)"
                                : "";
-  std::printf("epoch %lld  %s  %s: %s%s\n",
-              static_cast<long long>(epoch["epoch"].get<std::int64_t>()),
-              word(epoch["made"]).c_str(), word(epoch["command"]).c_str(),
-              word(epoch["outcome"]).c_str(), gone.c_str());
+  print_to(stdout, "epoch {}  {}  {}: {}{}\n", epoch["epoch"].get<std::int64_t>(),
+           word(epoch["made"]), word(epoch["command"]), word(epoch["outcome"]), gone);
 }
 
 void print_positions(const MapJson& positions) {
-  std::printf("positions  %llu known, %llu used\n",
-              static_cast<unsigned long long>(positions["known"].get<std::uint64_t>()),
-              static_cast<unsigned long long>(positions["used"].get<std::uint64_t>()));
+  print_to(stdout, "positions  {} known, {} used\n", positions["known"].get<std::uint64_t>(),
+           positions["used"].get<std::uint64_t>());
   for (const MapJson& rejected : positions["rejected"]) {
-    std::printf("           %s: %s\n", word(rejected["keyframe"]).c_str(),
-                word(rejected["reason"]).c_str());
+    print_to(stdout, "           {}: {}\n", word(rejected["keyframe"]), word(rejected["reason"]));
   }
 }
 
 void print_project(const MapJson& json) {
   if (json["epoch"].is_null()) {
-    std::printf("no epoch yet\n");
+    print_to(stdout, "no epoch yet\n");
   } else {
     print_epoch(json["epoch"]);
   }
   for (const MapJson& session : json["sessions"]) {
-    std::printf("session    %s: %s, %llu keyframes, %s%s\n", word(session["name"]).c_str(),
-                word(session["sensor"]).c_str(),
-                static_cast<unsigned long long>(session["keyframes"].get<std::uint64_t>()),
-                word(session["state"]).c_str(),
-                session.contains("reason") ? (": " + word(session["reason"])).c_str() : "");
+    print_to(stdout, "session    {}: {}, {} keyframes, {}{}\n", word(session["name"]),
+             word(session["sensor"]), session["keyframes"].get<std::uint64_t>(),
+             word(session["state"]),
+             session.contains("reason") ? (": " + word(session["reason"])).c_str() : "");
   }
   for (const MapJson& statement : json["statements"]) {
     const std::string about = statement.contains("session")
@@ -166,18 +162,15 @@ void print_project(const MapJson& json) {
         statement.contains("positions")
             ? " of " + std::to_string(statement["positions"].size()) + " keyframes"
             : "";
-    std::printf("statement  %lld: %s %s%s\n",
-                static_cast<long long>(statement["statement"].get<std::int64_t>()),
-                word(statement["kind"]).c_str(), about.c_str(), count.c_str());
+    print_to(stdout, "statement  {}: {} {}{}\n", statement["statement"].get<std::int64_t>(),
+             word(statement["kind"]), about, count);
   }
   if (json.contains("positions")) print_positions(json["positions"]);
   const MapJson& loops = json["loops"];
-  std::printf("loops      %llu considered, %llu accepted\n",
-              static_cast<unsigned long long>(loops["considered"].get<std::uint64_t>()),
-              static_cast<unsigned long long>(loops["accepted"].get<std::uint64_t>()));
+  print_to(stdout, "loops      {} considered, {} accepted\n",
+           loops["considered"].get<std::uint64_t>(), loops["accepted"].get<std::uint64_t>());
   for (const auto& [reason, count] : loops["by_reason"].items()) {
-    std::printf("           %llu: %s\n",
-                static_cast<unsigned long long>(count.get<std::uint64_t>()), reason.c_str());
+    print_to(stdout, "           {}: {}\n", count.get<std::uint64_t>(), reason);
   }
 }
 
@@ -192,7 +185,7 @@ void list_epochs(const ProjectOptions& options) {
     return;
   }
   for (const MapJson& epoch : all) print_epoch(epoch);
-  if (all.empty()) std::printf("no epoch yet\n");
+  if (all.empty()) print_to(stdout, "no epoch yet\n");
 }
 
 void show_epoch(const ProjectOptions& options) {

@@ -1,7 +1,8 @@
 // `unimapper merge`: sessions in, map folder and report out.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <iostream>
 #include <optional>
 #include <stdexcept>
@@ -129,8 +130,7 @@ void run_merge(const MergeOptions& options) {
   const merge::MergeResult result = merge::merge_sessions(
       sessions, config,
       [&](const std::string& text) {
-        char elapsed[24];
-        std::snprintf(elapsed, sizeof elapsed, "%6.1f s", seconds_since(start));
+        const std::string elapsed = fmt::format("{:6.1f} s", seconds_since(start));
         std::cerr << "unimapper: " << elapsed << "  " << text << std::endl;
       },
       {}, nullptr, map.path());

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "src/apps/map_pose_text.hpp"
+#include "src/apps/print.hpp"
 
 namespace unimapper::apps {
 
@@ -27,7 +28,7 @@ delivery::DeliveryOptions delivery_options(const OnboardOptions& options,
   out.spool = options.spool;
   out.spool_limits.bytes = options.spool_bytes;
   out.spool_limits.report = [](const std::string& text) {
-    std::fprintf(stderr, "onboard: warning: spool %s\n", text.c_str());
+    print_to(stderr, "onboard: warning: spool {}\n", text);
   };
   return out;
 }
@@ -41,34 +42,34 @@ std::shared_ptr<keys::RobotGuard> make_guard(const OnboardOptions& options, cons
 /// What the link was like at the end.
 void print_link(const lcm_port::PublisherCounters& own) {
   if (!own.rate_adapts) {
-    std::fprintf(stderr, "onboard: sent at up to %.0f kB/s; no base said what arrives\n",
-                 own.bytes_per_second * 1e-3);
+    print_to(stderr, "onboard: sent at up to {:.0f} kB/s; no base said what arrives\n",
+             own.bytes_per_second * 1e-3);
     return;
   }
-  std::fprintf(stderr,
-               "onboard: link: %.0f kB/s at the end, %.1f %% of the pieces lost lately, round trip "
-               "%.1f ms, window of the base %.0f kB\n",
-               own.bytes_per_second * 1e-3, 100.0 * own.loss,
-               static_cast<double>(own.round_trip_ns) * 1e-6,
-               static_cast<double>(own.window_bytes) * 1e-3);
+  print_to(stderr,
+           "onboard: link: {:.0f} kB/s at the end, {:.1f} % of the pieces lost lately, round "
+           "trip {:.1f} ms, window of the base {:.0f} kB\n",
+           own.bytes_per_second * 1e-3, 100.0 * own.loss,
+           static_cast<double>(own.round_trip_ns) * 1e-6,
+           static_cast<double>(own.window_bytes) * 1e-3);
   if (!own.clock) return;
-  std::fprintf(stderr, "onboard: the base's clock is ahead by %.1f ms (within %.1f ms)\n",
-               static_cast<double>(own.clock->base_minus_robot_ns) * 1e-6,
-               static_cast<double>(own.clock->uncertainty_ns) * 1e-6);
+  print_to(stderr, "onboard: the base's clock is ahead by {:.1f} ms (within {:.1f} ms)\n",
+           static_cast<double>(own.clock->base_minus_robot_ns) * 1e-6,
+           static_cast<double>(own.clock->uncertainty_ns) * 1e-6);
 }
 
 /// Where the robot was in the base's map at the end.
 void print_map_pose(const std::optional<lcm_port::HeardMapPose>& heard) {
   if (!heard) return;
   const wire::MapPoseMessage& at = heard->message;
-  std::fprintf(stderr, "onboard: in the base's map: %s, by keyframe %u\n",
-               map_pose_text(at).c_str(), at.sequence);
+  print_to(stderr, "onboard: in the base's map: {}, by keyframe {}\n", map_pose_text(at),
+           at.sequence);
   if (at.state != wire::MapPoseState::kLocalised) return;
   const std::array<double, 7> p = pose_numbers(at.T_map_odometry);
-  std::fprintf(stderr,
-               "onboard: the odometry's frame lies there at %.3f %.3f %.3f m, rotation "
-               "%.5f %.5f %.5f %.5f (qx qy qz qw)\n",
-               p[0], p[1], p[2], p[3], p[4], p[5], p[6]);
+  print_to(stderr,
+           "onboard: the odometry's frame lies there at {:.3f} {:.3f} {:.3f} m, rotation {:.5f} "
+           "{:.5f} {:.5f} {:.5f} (qx qy qz qw)\n",
+           p[0], p[1], p[2], p[3], p[4], p[5], p[6]);
 }
 
 }  // namespace
@@ -78,17 +79,17 @@ Delivery::Delivery(const OnboardOptions& options, const SessionInfo& info,
     : guard_(make_guard(options, info, key)), delivery_(info, delivery_options(options, guard_)) {
   if (options.publish.empty()) return;
   if (options.spool.empty()) {
-    std::fprintf(stderr,
-                 "onboard: no --spool: what no base acknowledges is sent again from memory (%.0f "
-                 "MB) until this process ends\n",
-                 static_cast<double>(options.unacknowledged_bytes) * 1e-6);
+    print_to(stderr,
+             "onboard: no --spool: what no base acknowledges is sent again from memory ({:.0f} "
+             "MB) until this process ends\n",
+             static_cast<double>(options.unacknowledged_bytes) * 1e-6);
   }
   const lcm_port::EarlierCounters found = delivery_.counters().earlier;
   if (found.sessions == 0) return;
-  std::fprintf(stderr,
-               "onboard: the spool holds %llu keyframes of %llu earlier sessions that no base has "
-               "confirmed; they are sent too\n",
-               static_cast<Count>(found.keyframes), static_cast<Count>(found.sessions));
+  print_to(stderr,
+           "onboard: the spool holds {} keyframes of {} earlier sessions that no base has "
+           "confirmed; they are sent too\n",
+           found.keyframes, found.sessions);
 }
 
 std::string Delivery::map_pose_news() {
@@ -111,48 +112,41 @@ void print_delivery(const DeliveryCounters& counters, std::uint64_t keyframes,
                     const OnboardOptions& options) {
   const lcm_port::PublisherCounters& own = counters.own;
   if (counters.published) {
-    std::fprintf(stderr,
-                 "onboard: %llu of %llu keyframes acknowledged by a base; %llu waiting in the "
-                 "spool, %llu sent without an answer, %llu not sent; %llu pieces sent again\n",
-                 static_cast<Count>(own.keyframes_acknowledged), static_cast<Count>(keyframes),
-                 static_cast<Count>(own.keyframes_waiting),
-                 static_cast<Count>(own.keyframes_unacknowledged),
-                 static_cast<Count>(own.keyframes_dropped), static_cast<Count>(own.pieces_resent));
+    print_to(stderr,
+             "onboard: {} of {} keyframes acknowledged by a base; {} waiting in the spool, {} "
+             "sent without an answer, {} not sent; {} pieces sent again\n",
+             own.keyframes_acknowledged, keyframes, own.keyframes_waiting,
+             own.keyframes_unacknowledged, own.keyframes_dropped, own.pieces_resent);
     print_link(own);
     print_map_pose(counters.map_pose);
     if (!counters.spooled && own.keyframes_lost() > 0) {
-      std::fprintf(stderr, "onboard: without --spool they are not sent again; %s has them all\n",
-                   (options.out / "keyframes.lcmlog").c_str());
+      print_to(stderr, "onboard: without --spool they are not sent again; {} has them all\n",
+               (options.out / "keyframes.lcmlog").c_str());
     }
     if (own.send_failures > 0) {
-      std::fprintf(stderr, "onboard: warning: the network refused %llu datagrams\n",
-                   static_cast<Count>(own.send_failures));
+      print_to(stderr, "onboard: warning: the network refused {} datagrams\n", own.send_failures);
     }
   }
   if (counters.answers.refused() > 0) {
-    std::fprintf(stderr, "onboard: warning: answers refused for their keys: %s\n",
-                 keys::describe(counters.answers).c_str());
+    print_to(stderr, "onboard: warning: answers refused for their keys: {}\n",
+             keys::describe(counters.answers));
   }
   if (counters.earlier.sessions > 0) {
-    std::fprintf(stderr,
-                 "onboard: of earlier sessions %llu of %llu delivered, %llu of %llu keyframes "
-                 "acknowledged, %llu lost\n",
-                 static_cast<Count>(counters.earlier.sessions_delivered),
-                 static_cast<Count>(counters.earlier.sessions),
-                 static_cast<Count>(counters.earlier.keyframes_acknowledged),
-                 static_cast<Count>(counters.earlier.keyframes),
-                 static_cast<Count>(counters.earlier.keyframes_lost));
+    print_to(stderr,
+             "onboard: of earlier sessions {} of {} delivered, {} of {} keyframes acknowledged, "
+             "{} lost\n",
+             counters.earlier.sessions_delivered, counters.earlier.sessions,
+             counters.earlier.keyframes_acknowledged, counters.earlier.keyframes,
+             counters.earlier.keyframes_lost);
   }
   if (!counters.spooled) return;
   const spool::SpoolCounters& disk = counters.disk;
-  std::fprintf(stderr,
-               "onboard: spool %s: %llu keyframes in %.1f MB; %llu of this run written, %llu not "
-               "written, %llu removed unacknowledged\n",
-               options.spool.c_str(), static_cast<Count>(disk.keyframes_on_disk),
-               static_cast<double>(disk.bytes_on_disk) * 1e-6,
-               static_cast<Count>(disk.keyframes_durable),
-               static_cast<Count>(disk.keyframes_added - disk.keyframes_durable),
-               static_cast<Count>(disk.keyframes_lost));
+  print_to(stderr,
+           "onboard: spool {}: {} keyframes in {:.1f} MB; {} of this run written, {} not "
+           "written, {} removed unacknowledged\n",
+           options.spool.c_str(), disk.keyframes_on_disk,
+           static_cast<double>(disk.bytes_on_disk) * 1e-6, disk.keyframes_durable,
+           disk.keyframes_added - disk.keyframes_durable, disk.keyframes_lost);
 }
 
 }  // namespace unimapper::apps

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "src/apps/onboard/setup.hpp"
+#include "src/apps/print.hpp"
 #include "src/input/extrinsic.hpp"
 #include "src/input/plausibility.hpp"
 #include "src/input/text.hpp"
@@ -12,8 +13,7 @@
 namespace unimapper::apps {
 
 void print_warning(const input::Finding& finding) {
-  std::fprintf(stderr, "onboard: warning: input, %s: %s\n", finding.check.c_str(),
-               finding.message.c_str());
+  print_to(stderr, "onboard: warning: input, {}: {}\n", finding.check, finding.message);
 }
 
 input::GivenCorrection OpenedInput::correction() const {
@@ -92,7 +92,7 @@ OpenedInput open_input(const OnboardOptions& options) {
   }
   opened.corrections = in_words(opened, calibration);
   for (const std::string& text : opened.corrections) {
-    std::fprintf(stderr, "onboard: input: %s\n", text.c_str());
+    print_to(stderr, "onboard: input: {}\n", text);
   }
   return opened;
 }

@@ -4,6 +4,8 @@
 
 #include <cstdio>
 
+#include "src/apps/print.hpp"
+
 namespace unimapper::apps {
 
 Progress::Progress(std::string what, std::size_t total)
@@ -15,15 +17,15 @@ void Progress::update(std::size_t done, const std::string& detail) {
   const std::size_t tenth = total_ == 0 ? 10 : 10 * done / total_;
   if (!is_terminal_ && tenth == tenth_) return;
   tenth_ = tenth;
-  std::fprintf(stderr, is_terminal_ ? "\r\033[K%s: %zu/%zu scans, %s" : "%s: %zu/%zu scans, %s\n",
-               what_.c_str(), done, total_, detail.c_str());
+  print_to(stderr, "{}{}: {}/{} scans, {}{}", is_terminal_ ? "\r\033[K" : "", what_, done, total_,
+           detail, is_terminal_ ? "" : "\n");
   std::fflush(stderr);
   line_open_ = is_terminal_;
 }
 
 void Progress::note(const std::string& line) {
   end_line();
-  std::fprintf(stderr, "%s: %s\n", what_.c_str(), line.c_str());
+  print_to(stderr, "{}: {}\n", what_, line);
 }
 
 void Progress::end_line() {

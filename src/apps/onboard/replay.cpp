@@ -1,7 +1,8 @@
 #include "src/apps/onboard/replay.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <span>
 #include <stdexcept>
 #include <thread>
@@ -152,13 +153,11 @@ void Replay::warn_of_full_cells(const KeyframeStatistics& statistics) {
   if (points == 0 || warned_of_full_cells_) return;
   warned_of_full_cells_ = true;
   const PipelineConfig& config = pipeline_.config();
-  char text[256];
-  std::snprintf(text, sizeof text,
-                "warning: all %u fine cells are full, %llu points of this keyframe stay static "
-                "unseen: lower keyframe.range_max_m (%.0f) or raise voxel.max_cells (--config), "
-                "or choose a larger --preset",
-                config.voxel.max_cells, static_cast<unsigned long long>(points),
-                static_cast<double>(config.keyframe.range_max_m));
+  const std::string text = fmt::format(
+      "warning: all {} fine cells are full, {} points of this keyframe stay static unseen: lower "
+      "keyframe.range_max_m ({:.0f}) or raise voxel.max_cells (--config), or choose a larger "
+      "--preset",
+      config.voxel.max_cells, points, config.keyframe.range_max_m);
   outputs_.progress.note(text);
 }
 

@@ -21,6 +21,7 @@
 #include "src/apps/onboard/setup.hpp"
 #include "src/apps/onboard/share.hpp"
 #include "src/apps/output_guard.hpp"
+#include "src/apps/print.hpp"
 #include "src/core/tilt_prior.hpp"
 #include "src/core/voxel_key.hpp"
 #include "src/input/text.hpp"
@@ -77,9 +78,7 @@ void enlarge_capacity_for(const std::vector<EarlierSession>& earlier, std::size_
 std::string describe_run(const OnboardOptions& options, const RunFolder& folder,
                          const SessionId& id, const SensorModel& sensor,
                          const PipelineConfig& config) {
-  char hash[17];
-  std::snprintf(hash, sizeof hash, "%016llx",
-                static_cast<unsigned long long>(stable_hash(dump_config(config))));
+  const std::string hash = fmt::format("{:016x}", stable_hash(dump_config(config)));
   fs::path dataset = fs::absolute(options.dataset).lexically_normal();
   if (dataset.filename().empty()) dataset = dataset.parent_path();
   nlohmann::ordered_json json;
@@ -102,96 +101,81 @@ std::optional<keys::RobotKey> read_key(const OnboardOptions& options) {
 
 void print_summary(const RunStatistics& statistics, std::uint64_t allocations) {
   const StageTimes total = statistics.stage_times(Stage::kTotal);
-  std::fprintf(stderr,
-               "onboard: %llu scans, %llu refused, %llu keyframes, %.2f %% of the points dynamic, "
-               "%llu loops\n"
-               "onboard: a keyframe takes %.1f ms (median), %.1f ms (99 %%), %.1f ms (longest); "
-               "%llu deadlines missed, %llu allocations\n",
-               static_cast<unsigned long long>(statistics.scans()),
-               static_cast<unsigned long long>(statistics.scans_refused()),
-               static_cast<unsigned long long>(statistics.keyframes()),
-               100.0 * statistics.dynamic_share(),
-               static_cast<unsigned long long>(statistics.loops_accepted()),
-               static_cast<double>(total.p50_ms), static_cast<double>(total.p99_ms),
-               static_cast<double>(total.max_ms),
-               static_cast<unsigned long long>(statistics.deadline_misses()),
-               static_cast<unsigned long long>(allocations));
+  print_to(stderr,
+           "onboard: {} scans, {} refused, {} keyframes, {:.2f} % of the points dynamic, {} "
+           "loops\nonboard: a keyframe takes {:.1f} ms (median), {:.1f} ms (99 %), {:.1f} ms "
+           "(longest); {} deadlines missed, {} allocations\n",
+           statistics.scans(), statistics.scans_refused(), statistics.keyframes(),
+           100.0 * statistics.dynamic_share(), statistics.loops_accepted(), total.p50_ms,
+           total.p99_ms, total.max_ms, statistics.deadline_misses(), allocations);
   if (statistics.keyframes_repeated() == 0) return;
-  std::fprintf(stderr,
-               "onboard: %llu more keyframes repeat others while the robot stands: labelled, not "
-               "kept\n",
-               static_cast<unsigned long long>(statistics.keyframes_repeated()));
+  print_to(stderr,
+           "onboard: {} more keyframes repeat others while the robot stands: labelled, not kept\n",
+           statistics.keyframes_repeated());
 }
 
 void print_up(const RunStatistics& statistics, const PipelineConfig& config) {
-  std::fprintf(stderr, "onboard: up known in %llu of %llu keyframes",
-               static_cast<unsigned long long>(statistics.keyframes_up_known()),
-               static_cast<unsigned long long>(statistics.keyframes()));
+  print_to(stderr, "onboard: up known in {} of {} keyframes", statistics.keyframes_up_known(),
+           statistics.keyframes());
   if (statistics.keyframes_up_known() > 0) {
-    std::fprintf(stderr, ", the odometry's z axis %.1f degrees from it (median)",
-                 static_cast<double>(statistics.odometry_tilt_deg()));
+    print_to(stderr, ", the odometry's z axis {:.1f} degrees from it (median)",
+             statistics.odometry_tilt_deg());
   }
-  std::fprintf(stderr, "\n");
+  print_to(stderr, "\n");
   const std::uint64_t unknown = statistics.keyframes() - statistics.keyframes_up_known();
   if (unknown > 0) {
-    std::fprintf(
+    print_to(
         stderr,
-        "onboard: warning: up is unknown in %llu keyframes%s; loops take their z axis to be "
-        "up within %.1f deg\n",
-        static_cast<unsigned long long>(unknown),
+        "onboard: warning: up is unknown in {} keyframes{}; loops take their z axis to be up "
+        "within {:.1f} deg\n",
+        unknown,
         config.odometry.up_sigma_deg > 0.0F ? "" : ", and odometry.up_sigma_deg promises nothing",
-        static_cast<double>(kUnknownUpSigmaDeg));
+        kUnknownUpSigmaDeg);
   }
   if (statistics.keyframes_up_contradicted() == 0) return;
-  std::fprintf(stderr,
-               "onboard: warning: in %llu keyframes up is not where odometry.up_sigma_deg says, by "
-               "three sigma\n",
-               static_cast<unsigned long long>(statistics.keyframes_up_contradicted()));
+  print_to(stderr,
+           "onboard: warning: in {} keyframes up is not where odometry.up_sigma_deg says, by "
+           "three sigma\n",
+           statistics.keyframes_up_contradicted());
 }
 
 /// One sentence each for what the scans say of sensor and poses that was not as configured.
 void warn_of_input(const RunStatistics& statistics, const FreeSpaceConfig& assumed) {
   const SamplingStatistics& found = statistics.sampling();
   if (found.rays_differ) {
-    std::fprintf(stderr,
-                 "onboard: warning: rays are %.2f deg apart on a ring and rings %.2f deg, not %.2f "
-                 "and %.2f as the sensor's data sheet says; the measured values were used\n",
-                 static_cast<double>(found.ray_spacing_deg),
-                 static_cast<double>(found.ring_spacing_deg),
-                 static_cast<double>(assumed.ray_spacing_deg),
-                 static_cast<double>(assumed.ring_spacing_deg));
+    print_to(stderr,
+             "onboard: warning: rays are {:.2f} deg apart on a ring and rings {:.2f} deg, not "
+             "{:.2f} and {:.2f} as the sensor's data sheet says; the measured values were used\n",
+             found.ray_spacing_deg, found.ring_spacing_deg, assumed.ray_spacing_deg,
+             assumed.ring_spacing_deg);
   }
   if (found.elevations_differ) {
-    std::fprintf(stderr,
-                 "onboard: warning: rays leave the sensor's field of view of %.1f to %.1f deg "
-                 "(points in a pitched frame?); %.1f to %.1f deg was used\n",
-                 static_cast<double>(assumed.elevation_min_deg),
-                 static_cast<double>(assumed.elevation_max_deg),
-                 static_cast<double>(found.image_elevation_min_deg),
-                 static_cast<double>(found.image_elevation_max_deg));
+    print_to(stderr,
+             "onboard: warning: rays leave the sensor's field of view of {:.1f} to {:.1f} deg "
+             "(points in a pitched frame?); {:.1f} to {:.1f} deg was used\n",
+             assumed.elevation_min_deg, assumed.elevation_max_deg, found.image_elevation_min_deg,
+             found.image_elevation_max_deg);
   }
   if (found.changes > 0) {
-    std::fprintf(stderr, "onboard: warning: the sensor changed its mode %u times\n", found.changes);
+    print_to(stderr, "onboard: warning: the sensor changed its mode {} times\n", found.changes);
   }
   if (statistics.keyframes_odometry_contradicted() > 0) {
-    std::fprintf(stderr,
-                 "onboard: warning: scans contradict the odometry in %llu keyframes (events.log): "
-                 "it jumped, started anew, or did not feel a lift\n",
-                 static_cast<unsigned long long>(statistics.keyframes_odometry_contradicted()));
+    print_to(stderr,
+             "onboard: warning: scans contradict the odometry in {} keyframes (events.log): it "
+             "jumped, started anew, or did not feel a lift\n",
+             statistics.keyframes_odometry_contradicted());
   }
   if (statistics.sweep_tilt_deg() > 0.0F) {
-    std::fprintf(stderr,
-                 "onboard: warning: sweeps look uncompensated: scans tilt with the sensor's own "
-                 "rotation, by %.2f deg; %llu scans were aligned to the ground\n",
-                 static_cast<double>(statistics.sweep_tilt_deg()),
-                 static_cast<unsigned long long>(statistics.aligned_scans()));
+    print_to(stderr,
+             "onboard: warning: sweeps look uncompensated: scans tilt with the sensor's own "
+             "rotation, by {:.2f} deg; {} scans were aligned to the ground\n",
+             statistics.sweep_tilt_deg(), statistics.aligned_scans());
   } else if (statistics.aligned_scans() > 0) {
-    std::fprintf(stderr,
-                 "onboard: warning: roll and pitch of the poses scatter by %.2f deg from scan to "
-                 "scan: a noisy odometry, or poses of other axes or handedness than the points; "
-                 "%llu scans were aligned to the ground\n",
-                 static_cast<double>(statistics.attitude_noise_deg()),
-                 static_cast<unsigned long long>(statistics.aligned_scans()));
+    print_to(stderr,
+             "onboard: warning: roll and pitch of the poses scatter by {:.2f} deg from scan to "
+             "scan: a noisy odometry, or poses of other axes or handedness than the points; {} "
+             "scans were aligned to the ground\n",
+             statistics.attitude_noise_deg(), statistics.aligned_scans());
   }
 }
 
@@ -200,10 +184,10 @@ void warn_of_labels(const RunStatistics& statistics) {
   // Measured: no more in drives with AA of 97 % and more but for two of fifteen.
   constexpr double kMany = 0.15;
   if (statistics.relabelled_share() < kMany) return;
-  std::fprintf(stderr,
-               "onboard: warning: later keyframes changed the label of %.0f %% of the cells that "
-               "move: prefer those of --final-labels, or of `unimapper merge --refined-labels`\n",
-               100.0 * statistics.relabelled_share());
+  print_to(stderr,
+           "onboard: warning: later keyframes changed the label of {:.0f} % of the cells that "
+           "move: prefer those of --final-labels, or of `unimapper merge --refined-labels`\n",
+           100.0 * statistics.relabelled_share());
 }
 
 /// What a full container left out, in words, and which parameter makes room.
@@ -234,17 +218,13 @@ void warn_of_full_containers(const RunStatistics& statistics) {
     const std::uint64_t count = statistics.dropped(full.cause);
     if (count == 0) continue;
     const std::uint64_t keyframes = statistics.keyframes_dropping(full.cause);
-    std::fprintf(stderr,
-                 "onboard: %s: container full (%s) in %llu of %llu keyframes (%.0f %%): %llu "
-                 "%s, %llu a keyframe; %s\n",
-                 full.severity, std::string(drop_cause_name(full.cause)).c_str(),
-                 static_cast<unsigned long long>(keyframes),
-                 static_cast<unsigned long long>(statistics.keyframes()),
-                 100.0 * static_cast<double>(keyframes) /
-                     static_cast<double>(std::max<std::uint64_t>(statistics.keyframes(), 1)),
-                 static_cast<unsigned long long>(count), full.what,
-                 static_cast<unsigned long long>(count / std::max<std::uint64_t>(keyframes, 1)),
-                 full.remedy);
+    print_to(stderr,
+             "onboard: {}: container full ({}) in {} of {} keyframes ({:.0f} %): {} {}, {} a "
+             "keyframe; {}\n",
+             full.severity, drop_cause_name(full.cause), keyframes, statistics.keyframes(),
+             100.0 * static_cast<double>(keyframes) /
+                 static_cast<double>(std::max<std::uint64_t>(statistics.keyframes(), 1)),
+             count, full.what, count / std::max<std::uint64_t>(keyframes, 1), full.remedy);
   }
 }
 
@@ -289,15 +269,13 @@ void require_whole(const fs::path& out, const WriteFailures& failures) {
 void note_sensor_fit(const SensorModel& sensor, const PipelineConfig& config, Progress& progress) {
   const SensorFit fit = sensor_fit(sensor, config);
   if (fit.fits()) return;
-  char text[320];
-  std::snprintf(text, sizeof text,
-                "warning: sensor and preset do not fit: in a dense street %s may occupy %u fine "
-                "cells within %.0f m, there is room for %u; points that find none stay static "
-                "unseen. Set keyframe.range_max_m to %.0f or voxel.max_cells to %u (--config), "
-                "or choose a larger --preset",
-                std::string(sensor.name).c_str(), fit.cells_needed,
-                static_cast<double>(config.keyframe.range_max_m), fit.cells,
-                std::floor(static_cast<double>(fit.range_m)), fit.cells_needed);
+  const std::string text = fmt::format(
+      "warning: sensor and preset do not fit: in a dense street {} may occupy {} fine cells within "
+      "{:.0f} m, there is room for {}; points that find none stay static unseen. Set "
+      "keyframe.range_max_m to {:.0f} or voxel.max_cells to {} (--config), or choose a larger "
+      "--preset",
+      sensor.name, fit.cells_needed, config.keyframe.range_max_m, fit.cells,
+      std::floor(static_cast<double>(fit.range_m)), fit.cells_needed);
   progress.note(text);
 }
 
@@ -443,17 +421,17 @@ void run_onboard(const OnboardOptions& options) {
     run.delivery = delivery.finish();
     print_delivery(run.delivery, statistics.keyframes(), options);
     if (share != nullptr && share->get()->health().not_shared > 0) {
-      std::fprintf(stderr, "onboard: warning: %llu messages did not fit into shared memory\n",
-                   static_cast<unsigned long long>(share->get()->health().not_shared));
+      print_to(stderr, "onboard: warning: {} messages did not fit into shared memory\n",
+               share->get()->health().not_shared);
     }
   }
   run.load = load_between(load_before, linux_port::host_load());
   run.scans_left_out = write_labels_of_rest(*dataset, ranges, scans, options.final_labels, folder);
   if (run.scans_left_out > 0) {
-    std::fprintf(stderr,
-                 "onboard: warning: %zu scans between breaks are left out: too few for a session, "
-                 "or no pose is right\n",
-                 run.scans_left_out);
+    print_to(stderr,
+             "onboard: warning: {} scans between breaks are left out: too few for a session, or "
+             "no pose is right\n",
+             run.scans_left_out);
   }
 
   folder.failures().attempt([&events] { events.finish(); });
@@ -487,8 +465,8 @@ void run_onboard(const OnboardOptions& options) {
   warn_of_labels(statistics);
   require_result(statistics);
   require_whole(options.out, folder.failures());
-  std::fprintf(stderr, "onboard: the run is in %s; next: unimapper merge %s --out map\n",
-               options.out.c_str(), options.out.c_str());
+  print_to(stderr, "onboard: the run is in {}; next: unimapper merge {} --out map\n",
+           options.out.c_str(), options.out.c_str());
 }
 
 }  // namespace unimapper::apps

@@ -1,10 +1,11 @@
 #include "src/apps/onboard/setup.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -158,11 +159,9 @@ void estimate_surroundings(const datasets::Dataset& dataset, std::size_t scans, 
   first.surroundings = estimate.surroundings;
   first.source = "too few points to tell";
   if (estimate.scans == 0) return;
-  char source[160];
-  std::snprintf(source, sizeof source, "99 %% of the points of %u scans within %.1f m%s; %s",
-                estimate.scans, static_cast<double>(estimate.extent_m),
-                estimate.sees_all_round ? "" : ", not in all directions",
-                "--surroundings overrides");
+  const std::string source = fmt::format(
+      "99 % of the points of {} scans within {:.1f} m{}; {}", estimate.scans, estimate.extent_m,
+      estimate.sees_all_round ? "" : ", not in all directions", "--surroundings overrides");
   first.source = source;
   first.extent_m = estimate.extent_m;
 }

@@ -3,6 +3,8 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "src/apps/print.hpp"
+
 namespace unimapper::apps {
 
 bool WriteFailures::attempt(const std::function<void()>& write) {
@@ -12,13 +14,13 @@ bool WriteFailures::attempt(const std::function<void()>& write) {
     const std::lock_guard lock(mutex_);
     ++count_;
     if (!failing_) {
-      std::fprintf(stderr, "onboard: warning: %s; mapping and delivery go on\n", error.what());
+      print_to(stderr, "onboard: warning: {}; mapping and delivery go on\n", error.what());
     }
     failing_ = true;
     return false;
   }
   const std::lock_guard lock(mutex_);
-  if (failing_) std::fprintf(stderr, "onboard: the run folder can be written again\n");
+  if (failing_) print_to(stderr, "onboard: the run folder can be written again\n");
   failing_ = false;
   return true;
 }

@@ -1,9 +1,9 @@
 #include "src/apps/picture/image.hpp"
 
+#include <fmt/format.h>
 #include <png.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <stdexcept>
 
 namespace unimapper::apps {
@@ -16,10 +16,8 @@ std::uint8_t to_byte(float value) {
 }  // namespace
 
 std::string hex(const Rgb& color) {
-  char text[8];
-  std::snprintf(text, sizeof text, "#%02x%02x%02x", to_byte(color.red), to_byte(color.green),
-                to_byte(color.blue));
-  return text;
+  return fmt::format("#{:02x}{:02x}{:02x}", to_byte(color.red), to_byte(color.green),
+                     to_byte(color.blue));
 }
 
 std::vector<std::uint8_t> encode_png(const Image& image) {

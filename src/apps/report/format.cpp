@@ -1,16 +1,15 @@
 // Number and text formatting for reports.
 #include "src/apps/report/format.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 
 namespace unimapper::apps {
 
 std::string fixed(double value, int digits) {
   if (!std::isfinite(value)) return "\u2013";
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
+  return fmt::format("{:.{}f}", value, digits);
 }
 
 std::string grouped(std::uint64_t value) {

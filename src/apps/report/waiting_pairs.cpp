@@ -1,8 +1,9 @@
 // Provisional pairs of sessions, in words.
 #include "src/apps/report/waiting_pairs.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 
 namespace unimapper::apps {
 namespace {
@@ -96,9 +97,7 @@ std::string keyframe_name(const std::vector<SessionData>& sessions, KeyframeId i
 }
 
 std::string metres(double distance, int decimals) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*f m", decimals, distance);
-  return text;
+  return fmt::format("{:.{}f} m", distance, decimals);
 }
 
 /// Which scans may decide: what the map saw beyond the loops of the placement is no part of any

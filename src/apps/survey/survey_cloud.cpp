@@ -1,5 +1,7 @@
 #include "src/apps/survey/survey_cloud.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -46,11 +48,7 @@ void read_points(std::string_view bytes, const std::filesystem::path& file, data
   }
 }
 
-std::string metres_text(float metres) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f m", static_cast<double>(metres));
-  return text;
-}
+std::string metres_text(float metres) { return fmt::format("{:.1f} m", metres); }
 
 void check_extent(const std::vector<Eigen::Vector3f>& points, const std::filesystem::path& file) {
   if (points.size() < kFewestPoints) {

@@ -1,9 +1,10 @@
 #include "src/apps/view/robot_alarms.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <string_view>
 
 #include "src/apps/view/health_view.hpp"
@@ -113,10 +114,9 @@ class AlarmFinder {
     if (before_ == nullptr || figure(latest_, "clock", "", 1) <= figure(before_, "clock", "", 1)) {
       return;
     }
-    char text[120];
-    std::snprintf(text, sizeof text,
-                  "a clock was set: the base's is ahead of the robot's by %.1f ms now",
-                  clock_offset_ms(clock));
+    const std::string text =
+        fmt::format("a clock was set: the base's is ahead of the robot's by {:.1f} ms now",
+                    clock_offset_ms(clock));
     raise("clock", text, now_s_);
   }
 

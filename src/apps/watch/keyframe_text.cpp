@@ -1,8 +1,8 @@
 #include "src/apps/watch/keyframe_text.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
 #include "unimapper/core/pose.hpp"
 #include "unimapper/onboard/statistics.hpp"
@@ -12,15 +12,6 @@ namespace unimapper::apps {
 using namespace shared_memory;
 
 namespace {
-
-[[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...) {
-  char line[256];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(line, sizeof line, format, arguments);
-  va_end(arguments);
-  return line;
-}
 
 double share_percent(std::uint64_t part, std::uint64_t whole) {
   return whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole);
@@ -47,9 +38,9 @@ std::string named_counts(const std::uint64_t (&counts)[kCount], const Name& name
 
 std::string keyframe_line(const KeyframeMessage& keyframe, std::uint32_t missed) {
   const Eigen::Vector3d& at = keyframe.T_odometry_keyframe.translation;
-  return text(
-      "keyframe %u at %.2f %.2f %.2f m: %zu static cells, %zu dynamic, %zu keypoints, "
-      "%zu of %zu loops accepted, %u missed",
+  return fmt::format(
+      "keyframe {} at {:.2f} {:.2f} {:.2f} m: {} static cells, {} dynamic, {} keypoints, {} of {} "
+      "loops accepted, {} missed",
       keyframe.fixed.head.number, at.x(), at.y(), at.z(), keyframe.static_cells.size(),
       keyframe.dynamic_cells.size(), keyframe.keypoints.size(), accepted_loops(keyframe),
       keyframe.loops.size(), missed);
@@ -60,30 +51,31 @@ std::vector<std::string> keyframe_lines(const KeyframeMessage& keyframe, std::ui
   const SharedStatistics& statistics = fixed.statistics;
   const Pose& pose = keyframe.T_odometry_keyframe;
   std::vector<std::string> lines;
-  lines.push_back(text("keyframe  %u, %zu scans, %u missed by this view", fixed.head.number,
-                       keyframe.scans.size(), missed));
-  lines.push_back(text("pose      %.2f %.2f %.2f m, heading %.1f deg; up %s", pose.translation.x(),
-                       pose.translation.y(), pose.translation.z(),
-                       std::atan2(pose.rotation(1, 0), pose.rotation(0, 0)) * kDegreesPerRadian,
-                       fixed.up_known != 0 ? "known" : "unknown"));
-  lines.push_back(text("cells     %zu static, %zu dynamic; %.2f %% of %llu points removed",
-                       keyframe.static_cells.size(), keyframe.dynamic_cells.size(),
-                       share_percent(statistics.points_dynamic, statistics.points_valid),
-                       static_cast<unsigned long long>(statistics.points_valid)));
-  lines.push_back(text("place     %zu keypoints, %zu planes", keyframe.keypoints.size(),
-                       keyframe.planes.size()));
+  lines.push_back(fmt::format("keyframe  {}, {} scans, {} missed by this view", fixed.head.number,
+                              keyframe.scans.size(), missed));
+  lines.push_back(
+      fmt::format("pose      {:.2f} {:.2f} {:.2f} m, heading {:.1f} deg; up {}",
+                  pose.translation.x(), pose.translation.y(), pose.translation.z(),
+                  std::atan2(pose.rotation(1, 0), pose.rotation(0, 0)) * kDegreesPerRadian,
+                  fixed.up_known != 0 ? "known" : "unknown"));
+  lines.push_back(fmt::format("cells     {} static, {} dynamic; {:.2f} % of {} points removed",
+                              keyframe.static_cells.size(), keyframe.dynamic_cells.size(),
+                              share_percent(statistics.points_dynamic, statistics.points_valid),
+                              statistics.points_valid));
+  lines.push_back(fmt::format("place     {} keypoints, {} planes", keyframe.keypoints.size(),
+                              keyframe.planes.size()));
   std::string loops =
-      text("loops     %zu of %zu accepted", accepted_loops(keyframe), keyframe.loops.size());
+      fmt::format("loops     {} of {} accepted", accepted_loops(keyframe), keyframe.loops.size());
   if (!keyframe.loops.empty()) {
     const SharedLoop best = keyframe.loops[0];
-    loops += text("; best: session %u keyframe %u, confidence %.2f", best.match_session,
-                  best.match_keyframe, static_cast<double>(best.confidence));
+    loops += fmt::format("; best: session {} keyframe {}, confidence {:.2f}", best.match_session,
+                         best.match_keyframe, best.confidence);
   }
   lines.push_back(loops);
   std::string times = "times    ";
   for (std::size_t i = 0; i < kStages; ++i) {
-    times += text(" %s %.1f", std::string(stage_name(static_cast<Stage>(i))).c_str(),
-                  static_cast<double>(statistics.stage_us[i]) * 1e-3);
+    times += fmt::format(" {} {:.1f}", stage_name(static_cast<Stage>(i)),
+                         static_cast<double>(statistics.stage_us[i]) * 1e-3);
   }
   lines.push_back(times + (statistics.deadline_missed != 0 ? " ms, late" : " ms"));
   return lines;
@@ -91,9 +83,9 @@ std::vector<std::string> keyframe_lines(const KeyframeMessage& keyframe, std::ui
 
 std::vector<std::string> health_lines(const SharedHealth& health) {
   const auto number = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
-  return {text("health    %llu scans, %llu refused; %llu keyframes, %llu late; %llu not shared",
-               number(health.scans), number(health.scans_refused), number(health.keyframes),
-               number(health.deadline_misses), number(health.not_shared)),
+  return {fmt::format("health    {} scans, {} refused; {} keyframes, {} late; {} not shared",
+                      number(health.scans), number(health.scans_refused), number(health.keyframes),
+                      number(health.deadline_misses), number(health.not_shared)),
           "dropped  " + named_counts(health.dropped, [](std::size_t i) {
             return drop_cause_name(static_cast<DropCause>(i));
           })};

@@ -14,6 +14,7 @@
 
 #include "ports/shared_memory/content_reader.hpp"
 #include "ports/shared_memory/reader.hpp"
+#include "src/apps/print.hpp"
 #include "src/apps/watch/keyframe_text.hpp"
 #include "src/apps/watch/shares.hpp"
 #include "src/apps/watch/watch_options.hpp"
@@ -95,7 +96,7 @@ void show_on_terminal(const std::string& name, const KeyframeMessage& keyframe,
     lines.push_back(std::move(line));
   }
   std::fputs("\033[H\033[J", stdout);
-  for (const std::string& line : lines) std::printf("%s\n", line.c_str());
+  for (const std::string& line : lines) print_to(stdout, "{}\n", line);
   std::fflush(stdout);
 }
 
@@ -124,12 +125,12 @@ void run_watch(const WatchOptions& options) {
     if (is_terminal) {
       show_on_terminal(name, *keyframe, reader.missed(), health);
     } else {
-      std::printf("%s\n", keyframe_line(*keyframe, reader.missed()).c_str());
+      print_to(stdout, "{}\n", keyframe_line(*keyframe, reader.missed()));
       std::fflush(stdout);
     }
   }
   if (!is_terminal) {
-    for (const std::string& line : health.lines()) std::printf("%s\n", line.c_str());
+    for (const std::string& line : health.lines()) print_to(stdout, "{}\n", line);
   }
 }
 
