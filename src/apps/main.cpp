@@ -118,7 +118,12 @@ std::string one_line(std::string text) {
 
 int main(int argc, char** argv) {
   try {
-    return run(argc, argv);
+    const int code = run(argc, argv);
+    // Results on a disk that is full are not there.
+    if (!std::cout.flush() || std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+      throw std::runtime_error("standard output cannot be written");
+    }
+    return code;
   } catch (const std::exception& error) {
     std::cout.flush();
     std::cerr << "unimapper: error: " << one_line(error.what()) << '\n';

@@ -1,4 +1,8 @@
 // End-to-end tests of help, version and usage errors of all commands.
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <sstream>
 
 #include "tests/apps/command.hpp"
@@ -53,6 +57,17 @@ TEST_CASE("help lists every sensor and every format, and the version is printed"
     CHECK_THAT(help.out, Contains(name));
   }
   CHECK_THAT(run_well({"--version"}).out, Catch::StartsWith("unimapper "));
+}
+
+TEST_CASE("results that are printed to a full disk are an error") {
+  for (const Words& command : {Words{"--version"}, {"parameters"}, {"onboard", "--help"}}) {
+    const int full = open("/dev/full", O_WRONLY | O_CLOEXEC);
+    REQUIRE(full >= 0);
+    int status = 0;
+    REQUIRE(waitpid(start(UNIMAPPER_BINARY, command, full, full), &status, 0) > 0);
+    close(full);
+    CHECK((WIFEXITED(status) && WEXITSTATUS(status) == 1));
+  }
 }
 
 TEST_CASE("wrong use ends with exit code 2 and says what is wrong") {
