@@ -14,7 +14,7 @@ int main(void) {
   um_pipeline* pipeline;
   const char* message;
   int32_t ready;
-  if (um_config_init(&config, sizeof config, UM_SENSOR_OS2_128) != UM_OK) return 1;
+  if (um_config_init(&config, UM_SENSOR_OS2_128) != UM_OK) return 1;
   config.loop_search_max_places = 200; /* whatever the robot is to do differently */
   if (um_config_set(&config, "removal.window", "8", &message) != UM_OK) return puts(message), 1;
   const size_t bytes = um_required_bytes(&config); /* exact, before anything runs */
@@ -29,7 +29,7 @@ int main(void) {
     if (um_pose_from_quaternion(xyzw, metres, &pose) != UM_OK) continue;
     if (um_add_scan(pipeline, &points, &pose, k * (int64_t)100000000, &ready) != UM_OK)
       puts(um_message(pipeline)); /* this scan is refused, the next may do */
-    um_keyframe keyframe = {.struct_size = sizeof keyframe};
+    um_keyframe keyframe;
     size_t count = 0;
     if (ready && um_keyframe_get(pipeline, &keyframe) == UM_OK &&
         um_labels(pipeline, 0, labels, kPoints, &count) == UM_OK)

@@ -17,7 +17,7 @@ int main(void) {
   um_encoded encoded;
   const char* message;
   int32_t ready = 0;
-  if (um_config_init(&config, sizeof config, UM_SENSOR_VLP_16) != UM_OK) return 1;
+  if (um_config_init(&config, UM_SENSOR_VLP_16) != UM_OK) return 1;
   const size_t bytes = um_required_bytes(&config);
   void* const memory = aligned_alloc(UM_ALIGNMENT, bytes);
   if (um_init(&config, memory, bytes, &pipeline, &message) != UM_OK) return puts(message), 1;

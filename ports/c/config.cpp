@@ -8,10 +8,6 @@
 namespace unimapper::c {
 namespace {
 
-constexpr std::size_t kHeaderBytes = offsetof(um_config, keyframe_scans);
-static_assert(sizeof(um_config) == offsetof(um_config, budget_us) + sizeof(um_config::budget_us),
-              "a gap at the end would hide the next version's first member");
-
 /// What um_config's hidden part holds.
 struct Hidden {
   std::uint64_t magic;
@@ -41,13 +37,6 @@ void visit_members(CConfig& c, Config& p, Function f) noexcept {
   f(c.budget_us, p.budget_us);
 }
 
-/// Whether a program may know um_config with this size: whole members only, and nothing this
-/// library does not know.
-bool is_config_size(std::size_t struct_size) noexcept {
-  return struct_size >= kHeaderBytes && struct_size <= sizeof(um_config) &&
-         struct_size % sizeof(std::uint32_t) == 0;
-}
-
 Hidden hidden_of(const um_config& config) noexcept {
   Hidden hidden;
   std::memcpy(&hidden, config.hidden, sizeof hidden);
@@ -61,24 +50,14 @@ void store(const PipelineConfig& from, um_config& to) noexcept {
   visit_members(to, from, [](auto& c, const auto& p) { c = p; });
 }
 
-/// The parameters of a caller's configuration: the members the caller's version has, the hidden
-/// part for all others. `full` is the caller's struct with nothing missing.
-ConfigStatus load(const um_config* config, PipelineConfig& out, um_config& full) noexcept {
+/// The parameters of a caller's configuration: its members, and the hidden part for all others.
+ConfigStatus load(const um_config* config, PipelineConfig& out) noexcept {
   if (config == nullptr) return {UM_NULL_ARGUMENT, um_status_text(UM_NULL_ARGUMENT)};
-  if (!is_config_size(config->struct_size)) {
-    return {UM_UNKNOWN_VERSION,
-            "config.struct_size is no size of um_config that this library knows: call "
-            "um_config_init first, or link a newer library"};
-  }
-  const std::size_t bytes = config->struct_size;
-  std::memcpy(&full, config, bytes);
   // Compared before it is taken for a configuration: garbage is no valid bool.
-  if (full.hidden[0] != kConfigMagic) return {UM_INVALID_CONFIG, kNotFilledIn};
-  out = hidden_of(full).config;
-  visit_members(full, out, [](auto& c, const auto& p) { c = p; });
-  std::memcpy(&full, config, bytes);
-  visit_members(full, out, [](const auto& c, auto& p) { p = c; });
-  out.clock_ns = full.clock_ns;
+  if (config->hidden[0] != kConfigMagic) return {UM_INVALID_CONFIG, kNotFilledIn};
+  out = hidden_of(*config).config;
+  visit_members(*config, out, [](const auto& c, auto& p) { p = c; });
+  out.clock_ns = config->clock_ns;
   return {};
 }
 
@@ -91,15 +70,10 @@ const char* keep(const ParameterMessage& message, um_config& config) noexcept {
 
 }  // namespace
 
-um_status init_config(const PipelineConfig& from, std::size_t struct_size,
-                      um_config* out) noexcept {
+um_status init_config(const PipelineConfig& from, um_config* out) noexcept {
   if (out == nullptr) return UM_NULL_ARGUMENT;
-  if (!is_config_size(struct_size)) return UM_UNKNOWN_VERSION;
-  um_config full;
-  std::memset(static_cast<void*>(&full), 0, sizeof full);
-  full.struct_size = static_cast<std::uint32_t>(struct_size);
-  store(from, full);
-  std::memcpy(static_cast<void*>(out), &full, struct_size);
+  std::memset(static_cast<void*>(out), 0, sizeof *out);
+  store(from, *out);
   return UM_OK;
 }
 
@@ -112,11 +86,11 @@ um_status preset_config(std::uint32_t sensor, std::uint32_t computer,
 }
 
 ConfigStatus read_config(const um_config* config, PipelineConfig& out) noexcept {
-  um_config full;
-  const ConfigStatus loaded = load(config, out, full);
+  const ConfigStatus loaded = load(config, out);
   if (loaded.status != UM_OK) return loaded;
   constexpr std::uint32_t kMostEvents = 1U << 20U;
-  if (full.event_capacity > kMostEvents || (full.event_capacity & (full.event_capacity - 1)) != 0) {
+  const std::uint32_t events = config->event_capacity;
+  if (events > kMostEvents || (events & (events - 1)) != 0) {
     return {UM_INVALID_CONFIG, "config.event_capacity must be 0 or a power of two up to 2^20"};
   }
   const Error error = out.validate();
@@ -126,8 +100,7 @@ ConfigStatus read_config(const um_config* config, PipelineConfig& out) noexcept 
 
 ConfigStatus set_config(um_config* config, const char* name, const char* value) noexcept {
   PipelineConfig changed;
-  um_config full;
-  const ConfigStatus loaded = load(config, changed, full);
+  const ConfigStatus loaded = load(config, changed);
   if (loaded.status != UM_OK) return loaded;
   if (name == nullptr || value == nullptr) {
     return {UM_NULL_ARGUMENT, um_status_text(UM_NULL_ARGUMENT)};
@@ -142,15 +115,13 @@ ConfigStatus set_config(um_config* config, const char* name, const char* value) 
     return {UM_INVALID_CONFIG, keep(message, *config)};
   }
   changed.clock_ns = nullptr;  // the caller's is the one that counts
-  store(changed, full);
-  std::memcpy(static_cast<void*>(config), &full, config->struct_size);
+  store(changed, *config);
   return {};
 }
 
 um_status get_config(const um_config* config, const char* name, ParameterMessage& value) noexcept {
   PipelineConfig loaded;
-  um_config full;
-  const um_status status = load(config, loaded, full).status;
+  const um_status status = load(config, loaded).status;
   if (status != UM_OK) return status;
   if (name == nullptr) return UM_NULL_ARGUMENT;
   const Parameter* const parameter = find_parameter(kParameters<PipelineConfig>, name);

@@ -22,16 +22,15 @@ inline um_status say(um_status status, const char* sentence, const char** messag
   return status;
 }
 
-/// Fills in a caller's struct of a size the caller knows; no byte beyond it is written.
-[[nodiscard]] um_status init_config(const PipelineConfig& from, std::size_t struct_size,
-                                    um_config* out) noexcept;
+/// Fills in a caller's struct.
+[[nodiscard]] um_status init_config(const PipelineConfig& from, um_config* out) noexcept;
 
 /// The recommended parameters for a sensor and a computer (enums um_sensor and um_computer);
 /// otherwise says which of them does not exist.
 [[nodiscard]] um_status preset_config(std::uint32_t sensor, std::uint32_t computer,
                                       PipelineConfig& out) noexcept;
 
-/// Reads a caller's configuration of any known version, null included, and validates it.
+/// Reads a caller's configuration, null included, and validates it.
 [[nodiscard]] ConfigStatus read_config(const um_config* config, PipelineConfig& out) noexcept;
 
 /// Sets one parameter. A refusal leaves the configuration as it is; its sentence lies in the

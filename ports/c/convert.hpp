@@ -16,8 +16,8 @@ namespace unimapper::c {
 [[nodiscard]] bool is_possible(const um_points& points) noexcept;
 [[nodiscard]] PointView to_view(const um_points& points) noexcept;
 
-/// A keyframe as C sees it; struct_size is the caller's. `scans` and `loops` receive what C cannot
-/// read where they lie, the rest is pointed to where it lies.
+/// A keyframe as C sees it. `scans` and `loops` receive what C cannot read where they lie, the rest
+/// is pointed to where it lies.
 [[nodiscard]] um_keyframe to_c(const KeyframeView& view, um_scan* scans, um_loop* loops) noexcept;
 
 }  // namespace unimapper::c

@@ -63,12 +63,10 @@ um_status um_keyframe_encode(um_pipeline* pipeline, const um_session* session, v
 um_status um_images_get(um_pipeline* pipeline, um_images* images) {
   if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
   if (images == nullptr) return refuse(*pipeline, UM_NULL_ARGUMENT);
-  if (images->struct_size != sizeof(um_images)) return refuse(*pipeline, UM_UNKNOWN_VERSION);
   if (!pipeline->keyframe_ready) return refuse(*pipeline, UM_NO_KEYFRAME);
   const KeyframeView& view = pipeline->core->keyframe();
   const ImageProjection projection(view.image_shape);
   *images = {};
-  images->struct_size = sizeof(um_images);
   images->count = static_cast<std::uint32_t>(view.images.size());
   images->columns = static_cast<std::uint32_t>(projection.columns());
   images->rows = static_cast<std::uint32_t>(projection.rows());

@@ -30,8 +30,6 @@ void add_keyframe(um_health& health, const KeyframeStatistics& keyframe) noexcep
 extern "C" um_status um_health_get(um_pipeline* pipeline, um_health* health) {
   if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
   if (health == nullptr) return refuse(*pipeline, UM_NULL_ARGUMENT);
-  if (health->struct_size != sizeof(um_health)) return refuse(*pipeline, UM_UNKNOWN_VERSION);
   *health = pipeline->health;
-  health->struct_size = sizeof(um_health);
   return tell(*pipeline, {});
 }

@@ -59,12 +59,10 @@ void write(const OdometryResult& from, um_odometry_result& to) noexcept {
 
 extern "C" {
 
-um_status um_odometry_config_init(um_odometry_config* config, std::size_t struct_size) {
+um_status um_odometry_config_init(um_odometry_config* config) {
   if (config == nullptr) return UM_NULL_ARGUMENT;
-  if (struct_size != sizeof(um_odometry_config)) return UM_UNKNOWN_VERSION;
   const LidarOdometryConfig core;
   *config = {};
-  config->struct_size = sizeof(um_odometry_config);
   config->max_voxels = core.max_voxels;
   config->max_points = core.max_points;
   config->min_range_m = core.min_range_m;
@@ -74,7 +72,7 @@ um_status um_odometry_config_init(um_odometry_config* config, std::size_t struct
 }
 
 std::size_t um_odometry_required_bytes(const um_odometry_config* config) {
-  if (config == nullptr || config->struct_size != sizeof(um_odometry_config)) return 0;
+  if (config == nullptr) return 0;
   const std::size_t core = LidarOdometry::required_bytes(from_c(*config));
   return core == 0 ? 0 : sizeof(um_odometry) + core;
 }
@@ -89,7 +87,6 @@ um_status um_odometry_init(const um_odometry_config* config, void* memory, std::
   if (odometry == nullptr) return fail(UM_NULL_ARGUMENT);
   *odometry = nullptr;
   if (config == nullptr || memory == nullptr) return fail(UM_NULL_ARGUMENT);
-  if (config->struct_size != sizeof(um_odometry_config)) return fail(UM_UNKNOWN_VERSION);
   if (!is_aligned(memory)) return fail(UM_MEMORY_MISALIGNED);
   const LidarOdometryConfig core = from_c(*config);
   if (const Error error = core.validate(); !error.ok()) return say(to_c(error.code), error.message);
@@ -119,7 +116,6 @@ um_status um_odometry_add_scan(um_odometry* odometry, const um_points* points, c
                                std::int64_t stamp_ns, um_odometry_result* result) {
   if (!is_odometry(odometry)) return UM_INVALID_HANDLE;
   if (points == nullptr || result == nullptr) return UM_NULL_ARGUMENT;
-  if (result->struct_size != sizeof(um_odometry_result)) return UM_UNKNOWN_VERSION;
   if (!is_possible(*points)) return UM_INVALID_POINTS;
   const std::size_t times = time_s == nullptr ? 0 : points->count;
   const OdometryResult core = odometry->core->add_scan(stamp_ns, to_view(*points), {time_s, times});
@@ -129,7 +125,6 @@ um_status um_odometry_add_scan(um_odometry* odometry, const um_points* points, c
 
 um_status um_odometry_slip(const um_odometry_result* result, double covariance[9]) {
   if (result == nullptr || covariance == nullptr) return UM_NULL_ARGUMENT;
-  if (result->struct_size != sizeof(um_odometry_result)) return UM_UNKNOWN_VERSION;
   if (result->weak_axis_count > 6) return UM_INVALID_INDEX;
   OdometryResult core;
   core.state = static_cast<OdometryState>(result->state);

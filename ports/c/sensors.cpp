@@ -15,9 +15,6 @@ namespace {
 /// What a data sheet says, if this library can read it; whether it can be right is not looked at.
 ConfigStatus read_model(const um_sensor_model* model, SensorModel& sensor) noexcept {
   if (model == nullptr) return {UM_NULL_ARGUMENT, um_status_text(UM_NULL_ARGUMENT)};
-  if (model->struct_size != sizeof *model) {
-    return {UM_UNKNOWN_VERSION, um_status_text(UM_UNKNOWN_VERSION)};
-  }
   if (model->pattern > UM_SCAN_NON_REPETITIVE) {
     return {UM_INVALID_CONFIG, "model.pattern must be one of enum um_scan_pattern"};
   }
@@ -35,14 +32,11 @@ ConfigStatus read_model(const um_sensor_model* model, SensorModel& sensor) noexc
 
 ConfigStatus fit_of(const um_config* config, const SensorModel& sensor, um_sensor_fit* out) {
   if (out == nullptr) return {UM_NULL_ARGUMENT, um_status_text(UM_NULL_ARGUMENT)};
-  if (out->struct_size != sizeof *out) {
-    return {UM_UNKNOWN_VERSION, um_status_text(UM_UNKNOWN_VERSION)};
-  }
   PipelineConfig read;
   const ConfigStatus status = read_config(config, read);
   if (status.status != UM_OK) return status;
   const SensorFit fit = sensor_fit(sensor, read);
-  *out = {sizeof *out, fit.fits() ? 1U : 0U, fit.cells_needed, fit.cells, fit.range_m};
+  *out = {fit.fits() ? 1U : 0U, fit.cells_needed, fit.cells, fit.range_m};
   return {};
 }
 
@@ -58,9 +52,8 @@ um_status um_sensor_find(const char* name, std::uint32_t* sensor) {
   return UM_OK;
 }
 
-um_status um_config_from_model(um_config* config, std::size_t struct_size,
-                               const um_sensor_model* model, std::uint32_t computer,
-                               const char** message) {
+um_status um_config_from_model(um_config* config, const um_sensor_model* model,
+                               std::uint32_t computer, const char** message) {
   SensorModel sensor;
   const ConfigStatus read = read_model(model, sensor);
   if (read.status != UM_OK) return say(read.status, read.message, message);
@@ -69,7 +62,7 @@ um_status um_config_from_model(um_config* config, std::size_t struct_size,
   }
   const Expected<PipelineConfig> found = preset(sensor, static_cast<Computer>(computer));
   if (!found.ok()) return say(UM_INVALID_CONFIG, found.error().message, message);
-  const um_status status = init_config(*found, struct_size, config);
+  const um_status status = init_config(*found, config);
   return say(status, status == UM_OK ? "" : um_status_text(status), message);
 }
 

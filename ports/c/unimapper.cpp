@@ -38,13 +38,6 @@ constexpr const char* kVersionText =
 /// The core's own names are constants that end in zero.
 const char* text_of(std::string_view name) noexcept { return name.data(); }
 
-/// As this version or one before it knows the struct; members were only added at its end.
-bool is_keyframe_size(std::uint32_t struct_size) noexcept {
-  return struct_size == sizeof(um_keyframe) || struct_size == offsetof(um_keyframe, repeats) ||
-         struct_size == offsetof(um_keyframe, input) ||
-         struct_size == offsetof(um_keyframe, up_known);
-}
-
 /// Bytes of the ring, rounded up so that what follows it is aligned.
 std::size_t ring_bytes(const um_config& config) noexcept {
   if (config.event_capacity == 0) return 0;
@@ -82,16 +75,11 @@ um_status finish(um_pipeline& pipeline, const ScanResult& result,
   return tell(pipeline, result.error);
 }
 
-/// Writes a keyframe as far as the program knows the struct.
 um_status write_keyframe(um_pipeline& pipeline, bool available, const KeyframeView& view,
                          um_scan* scans, um_loop* loops, um_keyframe* keyframe) noexcept {
   if (keyframe == nullptr) return refuse(pipeline, UM_NULL_ARGUMENT);
-  const std::uint32_t struct_size = keyframe->struct_size;
-  if (!is_keyframe_size(struct_size)) return refuse(pipeline, UM_UNKNOWN_VERSION);
   if (!available) return refuse(pipeline, UM_NO_KEYFRAME);
-  um_keyframe full = to_c(view, scans, loops);
-  full.struct_size = struct_size;
-  std::memcpy(keyframe, &full, struct_size);
+  *keyframe = to_c(view, scans, loops);
   return tell(pipeline, {});
 }
 
@@ -133,8 +121,6 @@ const char* um_status_text(um_status status) {
       return "a pointer that is needed is null";
     case UM_INVALID_HANDLE:
       return "this is no pipeline made by um_init, or its memory was overwritten";
-    case UM_UNKNOWN_VERSION:
-      return "struct_size fits no version of the struct that this library knows";
     case UM_INVALID_POINTS:
       return "the points have no address, a stride below 4 bytes, or lie beyond the address space";
     case UM_NO_KEYFRAME:
@@ -154,15 +140,14 @@ const char* um_status_text(um_status status) {
   }
 }
 
-um_status um_config_init(um_config* config, std::size_t struct_size, std::uint32_t sensor) {
-  return um_config_init_for(config, struct_size, sensor, UM_COMPUTER_SERVER);
+um_status um_config_init(um_config* config, std::uint32_t sensor) {
+  return um_config_init_for(config, sensor, UM_COMPUTER_SERVER);
 }
 
-um_status um_config_init_for(um_config* config, std::size_t struct_size, std::uint32_t sensor,
-                             std::uint32_t computer) {
+um_status um_config_init_for(um_config* config, std::uint32_t sensor, std::uint32_t computer) {
   PipelineConfig preset;
   const um_status status = preset_config(sensor, computer, preset);
-  return status == UM_OK ? init_config(preset, struct_size, config) : status;
+  return status == UM_OK ? init_config(preset, config) : status;
 }
 
 um_status um_config_set(um_config* config, const char* name, const char* value,

@@ -17,9 +17,8 @@
  * Frames    sensor: the LiDAR at one scan. odometry: the robot's own world, z up. keyframe:
  *           gravity-levelled at the reference scan's sensor position, z up, x along the sensor's
  *           heading. T_a_b takes coordinates in b to coordinates in a. Metres, nanoseconds.
- * Versions  Structs that may grow start with struct_size. A program built against an older header
- *           works with a newer library of the same major version; a struct that is larger than
- *           the library knows is refused.
+ * Versions  Header and library are of one version: before 1.0 the library's soname names major and
+ *           minor. Compare UM_VERSION with um_version() where the library is loaded at run time.
  */
 #ifndef UNIMAPPER_H
 #define UNIMAPPER_H
@@ -73,14 +72,13 @@ enum um_status_code {
   UM_TIME_JUMP = 11,         /**< the stamp lies far ahead, or the clock was set back */
   UM_NULL_ARGUMENT = 100,    /**< a pointer that is needed is null */
   UM_INVALID_HANDLE = 101,   /**< not a pipeline made by um_init, or its block was overwritten */
-  UM_UNKNOWN_VERSION = 102,  /**< struct_size is none of this library's versions */
-  UM_INVALID_POINTS = 103,   /**< the view of the points cannot be right */
-  UM_NO_KEYFRAME = 104,      /**< the last call closed no keyframe */
-  UM_INVALID_INDEX = 105,    /**< no such scan in the keyframe */
-  UM_UNKNOWN_SENSOR = 106,   /**< no such sensor */
-  UM_UNKNOWN_COMPUTER = 107, /**< no such class of computer */
-  UM_NO_EVENT = 108,         /**< the event ring is empty, or there is none */
-  UM_UNKNOWN_PARAMETER = 109 /**< no parameter has this name */
+  UM_INVALID_POINTS = 102,   /**< the view of the points cannot be right */
+  UM_NO_KEYFRAME = 103,      /**< the last call closed no keyframe */
+  UM_INVALID_INDEX = 104,    /**< no such scan in the keyframe */
+  UM_UNKNOWN_SENSOR = 105,   /**< no such sensor */
+  UM_UNKNOWN_COMPUTER = 106, /**< no such class of computer */
+  UM_NO_EVENT = 107,         /**< the event ring is empty, or there is none */
+  UM_UNKNOWN_PARAMETER = 108 /**< no parameter has this name */
 };
 
 /** One sentence for a status; never null. */
@@ -116,8 +114,6 @@ enum um_computer {
  *  other parameters by um_config_set. docs/parameters.md lists every parameter with its unit, range
  *  and meaning. The struct may be copied. */
 typedef struct um_config {
-  /** Bytes of this struct as the program knows it; set by um_config_init. */
-  uint32_t struct_size;
   /** Room for so many events (see um_event_pop), which lies in the pipeline's block: a power of
    *  two up to 2^20; 0 = off. */
   uint32_t event_capacity;
@@ -138,14 +134,13 @@ typedef struct um_config {
   uint32_t budget_us;
 } um_config;
 
-/** Fills in the recommended parameters for a sensor (enum um_sensor). `struct_size` is
- *  sizeof(um_config) as the program knows it; no byte beyond it is written. */
-UM_API UM_CHECKED um_status um_config_init(um_config* config, size_t struct_size, uint32_t sensor);
+/** Fills in the recommended parameters for a sensor (enum um_sensor). */
+UM_API UM_CHECKED um_status um_config_init(um_config* config, uint32_t sensor);
 
 /** Fills in the recommended parameters for a sensor with the capacities a smaller computer has
  *  room for (enum um_computer). */
-UM_API UM_CHECKED um_status um_config_init_for(um_config* config, size_t struct_size,
-                                               uint32_t sensor, uint32_t computer);
+UM_API UM_CHECKED um_status um_config_init_for(um_config* config, uint32_t sensor,
+                                               uint32_t computer);
 
 /** How a sensor scans. */
 enum um_scan_pattern { UM_SCAN_SPINNING = 0, UM_SCAN_RASTER = 1, UM_SCAN_NON_REPETITIVE = 2 };
@@ -154,7 +149,6 @@ enum um_scan_pattern { UM_SCAN_SPINNING = 0, UM_SCAN_RASTER = 1, UM_SCAN_NON_REP
  *  valid figure only for pattern (spinning), the elevations, range_min_m, and rings of a pattern
  *  that is not spinning; elsewhere it is refused. */
 typedef struct um_sensor_model {
-  uint32_t struct_size;     /**< sizeof(um_sensor_model) */
   uint32_t pattern;         /**< one of enum um_scan_pattern */
   float horizontal_fov_deg; /**< full width about the x axis, [10, 360] */
   float elevation_min_deg;  /**< lowest ray, at least 1 degree below the highest, [-90, 90] */
@@ -169,15 +163,13 @@ typedef struct um_sensor_model {
 /** Fills in the recommended parameters for a LiDAR from its data sheet and a computer (enum
  *  um_computer). UM_INVALID_CONFIG: a figure cannot be right, and *message (may be null) says which
  *  and why in one sentence; nothing is written then. */
-UM_API UM_CHECKED um_status um_config_from_model(um_config* config, size_t struct_size,
-                                                 const um_sensor_model* model, uint32_t computer,
-                                                 const char** message);
+UM_API UM_CHECKED um_status um_config_from_model(um_config* config, const um_sensor_model* model,
+                                                 uint32_t computer, const char** message);
 
 /** Whether a configuration has room for what a sensor may see. Cells that do not fit are those of
  *  the last scans, near ones too: their points are labelled static without having been looked at
  *  (UM_DROP_CELLS_FULL), so a shorter range is better than cells that are full. */
 typedef struct um_sensor_fit {
-  uint32_t struct_size;  /**< sizeof(um_sensor_fit), set by the caller */
   uint32_t fits;         /**< 1 if there is room for all cells needed */
   uint32_t cells_needed; /**< fine cells that a keyframe may occupy in a dense street */
   uint32_t cells;        /**< fine cells that there is room for: voxel_max_cells */
@@ -185,9 +177,8 @@ typedef struct um_sensor_fit {
 } um_sensor_fit;
 
 /** An estimate from the data sheet of a sensor (enum um_sensor), before the first scan, for
- *  outdoors; docs/porting.md compares it with recordings. The caller sets fit->struct_size.
- * Statuses are those of um_config_check, UM_UNKNOWN_SENSOR, and UM_UNKNOWN_VERSION for a struct of
- * a size that this library does not know; nothing is written then. */
+ *  outdoors; docs/porting.md compares it with recordings. Statuses are those of um_config_check and
+ *  UM_UNKNOWN_SENSOR; nothing is written then. */
 UM_API UM_CHECKED um_status um_sensor_fit_get(const um_config* config, uint32_t sensor,
                                               um_sensor_fit* fit);
 
@@ -437,7 +428,6 @@ typedef struct um_input {
 /** A keyframe. Pointers lead into the pipeline's memory and stay valid until the next call of
  *  um_add_scan, um_flush, um_work or um_reset. */
 typedef struct um_keyframe {
-  uint32_t struct_size;         /**< sizeof(um_keyframe), set by the caller */
   uint32_t sequence;            /**< running number, from 0 */
   uint32_t reference_scan;      /**< index into `scans`: the keyframe lies at this scan's sensor */
   uint32_t scan_count;          /**< at most 32 */
@@ -468,9 +458,8 @@ typedef struct um_keyframe {
   uint32_t reserved; /**< 0 */
 } um_keyframe;
 
-/** The keyframe that became ready in the last call of um_add_scan, um_flush or um_work. The caller
- *  sets keyframe->struct_size; UM_NO_KEYFRAME if none did. Cost: about a kilobyte copied.
- */
+/** The keyframe that became ready in the last call of um_add_scan, um_flush or um_work.
+ *  UM_NO_KEYFRAME if none did. Cost: about a kilobyte copied. */
 UM_API UM_CHECKED um_status um_keyframe_get(um_pipeline* pipeline, um_keyframe* keyframe);
 
 /** The keyframe that the last call of um_add_scan, um_flush or um_work finished: with keypoints,
@@ -487,7 +476,6 @@ UM_API UM_CHECKED um_status um_finished_get(um_pipeline* pipeline, um_keyframe* 
  *  about the sensor's x axis; columns are even in azimuth, rows in the sine of the elevation. A
  *  pixel is the range up to which nothing was in the way, in 1/128 m; 0: unknown. */
 typedef struct um_images {
-  uint32_t struct_size;           /**< sizeof(um_images), set by the caller */
   uint32_t count;                 /**< images; all have the same shape */
   uint32_t columns;               /**< of one image */
   uint32_t rows;                  /**< of one image */
@@ -502,8 +490,8 @@ typedef struct um_images {
   const uint16_t* pixels[UM_MAX_SCANS]; /**< of each image, valid as long as the keyframe */
 } um_images;
 
-/** The images of the keyframe that the last call closed. The caller sets images->struct_size.
- *  UM_NO_KEYFRAME if that call closed none. */
+/** The images of the keyframe that the last call closed. UM_NO_KEYFRAME if that call closed none.
+ */
 UM_API UM_CHECKED um_status um_images_get(um_pipeline* pipeline, um_images* images);
 
 /** Labels of points. */
@@ -579,8 +567,6 @@ UM_API UM_CHECKED um_status um_place_insert_level(um_pipeline* pipeline, const u
 
 /** Totals since um_init or um_reset. Array elements without a meaning yet are 0. */
 typedef struct um_health {
-  uint32_t struct_size;       /**< sizeof(um_health), set by the caller */
-  uint32_t reserved;          /**< 0 */
   uint64_t scans;             /**< handed over */
   uint64_t scans_refused;     /**< scans that were refused */
   uint64_t keyframes;         /**< finished */
@@ -592,7 +578,7 @@ typedef struct um_health {
   float longest_stage_us[16]; /**< by enum um_stage; 0 without a clock */
 } um_health;
 
-/** How the pipeline has been doing. The caller sets health->struct_size. */
+/** How the pipeline has been doing. */
 UM_API UM_CHECKED um_status um_health_get(um_pipeline* pipeline, um_health* health);
 
 /* ---- Final labels --------------------------------------------------------------------------- */

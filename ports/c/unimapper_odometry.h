@@ -16,13 +16,11 @@ extern "C" {
 
 /** Parameters; um_odometry_config_init sets the defaults. */
 typedef struct um_odometry_config {
-  uint32_t struct_size; /**< sizeof(um_odometry_config), set by um_odometry_config_init */
-  uint32_t max_voxels;  /**< room of the local map, in voxels */
-  uint32_t max_points;  /**< room for the points of one thinned scan */
-  uint32_t reserved;    /**< 0 */
-  double min_range_m;   /**< points nearer are left out: the robot itself */
-  double max_range_m;   /**< points beyond are left out */
-  double voxel_m;       /**< edge of the local map's voxels */
+  uint32_t max_voxels; /**< room of the local map, in voxels */
+  uint32_t max_points; /**< room for the points of one thinned scan */
+  double min_range_m;  /**< points nearer are left out: the robot itself */
+  double max_range_m;  /**< points beyond are left out */
+  double voxel_m;      /**< edge of the local map's voxels */
 } um_odometry_config;
 
 /** What is known about a pose. */
@@ -35,7 +33,6 @@ enum um_odometry_state {
 
 /** What a scan showed. */
 typedef struct um_odometry_result {
-  uint32_t struct_size;      /**< sizeof(um_odometry_result), set by the caller */
   int32_t state;             /**< one of enum um_odometry_state */
   um_pose T_odometry_sensor; /**< at the scan's stamp; the first accepted scan's is the identity */
   double velocity_m_s[3];    /**< in the sensor's frame */
@@ -56,7 +53,7 @@ typedef struct um_odometry_result {
 typedef struct um_odometry um_odometry;
 
 /** Sets every parameter to its default. */
-UM_API UM_CHECKED um_status um_odometry_config_init(um_odometry_config* config, size_t struct_size);
+UM_API UM_CHECKED um_status um_odometry_config_init(um_odometry_config* config);
 
 /** Exactly the bytes um_odometry_init needs; 0 if the configuration is refused. */
 UM_API size_t um_odometry_required_bytes(const um_odometry_config* config);

@@ -224,14 +224,12 @@ int um_delivery_publish(um_delivery* delivery, const void* bytes, size_t size, i
 
 int um_delivery_set_health(um_delivery* delivery, const um_health* health) {
   if (delivery == nullptr || health == nullptr) return EINVAL;
-  if (health->struct_size != sizeof(um_health)) return EPROTO;
   std::string sentence;
   return guarded([&] { delivery->delivery->set_health(to_message(*health)); }, sentence);
 }
 
 int um_delivery_status_get(const um_delivery* delivery, um_delivery_status* status) {
   if (delivery == nullptr || status == nullptr) return EINVAL;
-  if (status->struct_size != sizeof(um_delivery_status)) return EPROTO;
   std::string sentence;
   return guarded(
       [&] {
@@ -239,7 +237,6 @@ int um_delivery_status_get(const um_delivery* delivery, um_delivery_status* stat
         const std::uint64_t handed_on = delivery->handed_on;
         const DeliveryCounters counters = delivery->delivery->counters();
         *status = {};
-        status->struct_size = sizeof(um_delivery_status);
         status->refused = delivery->refused;
         if (delivery->authentication) status->answers_refused = delivery->authentication->refused();
         if (counters.published) fill_in_link(counters.own, *status);
@@ -251,7 +248,6 @@ int um_delivery_status_get(const um_delivery* delivery, um_delivery_status* stat
 
 int um_delivery_map_pose(const um_delivery* delivery, um_map_pose* pose) {
   if (delivery == nullptr || pose == nullptr) return EINVAL;
-  if (pose->struct_size != sizeof(um_map_pose)) return EPROTO;
   std::string sentence;
   bool is_known = false;
   const int error = guarded(

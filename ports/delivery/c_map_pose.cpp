@@ -12,7 +12,6 @@ um_map_pose to_c(const lcm_port::HeardMapPose& heard, const lcm_port::MapPoseCou
   const wire::MapPoseMessage& message = heard.message;
   const Eigen::Quaterniond q = message.T_map_odometry.quaternion();
   um_map_pose pose = {};
-  pose.struct_size = sizeof pose;
   pose.state = static_cast<std::uint32_t>(message.state);
   pose.epoch = message.epoch;
   pose.sequence = message.sequence;

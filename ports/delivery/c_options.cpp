@@ -28,10 +28,6 @@ bool is_within(double value, double low, double high) { return value >= low && v
 }  // namespace
 
 void check(const um_delivery_options& options) {
-  if (options.struct_size != sizeof(um_delivery_options)) {
-    throw Refusal(EPROTO,
-                  "struct_size is none of this library's: um_delivery_options_init sets it");
-  }
   const std::string names = " must have 1 to 64 letters, digits, '.', '_' or '-', no '.' first";
   require(wire::is_session_name(text_of(options.name)), "name" + names);
   require(wire::is_session_name(text_of(options.sensor)), "sensor" + names);
@@ -80,13 +76,11 @@ DeliveryOptions to_cpp(const um_delivery_options& options) {
 
 }  // namespace unimapper::delivery
 
-int um_delivery_options_init(um_delivery_options* options, size_t struct_size) {
+int um_delivery_options_init(um_delivery_options* options) {
   if (options == nullptr) return EINVAL;
-  if (struct_size != sizeof(um_delivery_options)) return EPROTO;
   const unimapper::lcm_port::PublisherOptions publisher;
   const unimapper::spool::SpoolOptions spool;
   *options = {};
-  options->struct_size = sizeof(um_delivery_options);
   options->sensor = "generic";
   options->url = "udpm://239.255.76.67:7667?ttl=0";
   options->datagram_bytes = publisher.datagram_bytes;

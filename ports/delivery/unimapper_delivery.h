@@ -15,9 +15,8 @@
  *           for a thread with deadlines: no heap, no lock, a copy and at most one system call that
  *           wakes a thread. All other calls, and without a queue this one too, use the heap and
  *           take locks.
- * Errors    0, or a value of errno: EINVAL for what an argument cannot be, EPROTO for a struct_size
- *           that is none of this library's versions, ENOMEM. No exception leaves the library.
- * Versions  Structs begin with struct_size, as in unimapper.h.
+ * Errors    0, or a value of errno: EINVAL for what an argument cannot be, ENOMEM. No exception
+ *           leaves the library.
  */
 #ifndef UNIMAPPER_DELIVERY_H
 #define UNIMAPPER_DELIVERY_H
@@ -33,8 +32,7 @@ extern "C" {
 
 /** Where keyframes go, and what that may take. Strings are copied. */
 typedef struct um_delivery_options {
-  uint32_t struct_size; /**< sizeof(um_delivery_options), set by um_delivery_options_init */
-  uint32_t robot;       /**< number of the robot; 0 with a key: the key's */
+  uint32_t robot;     /**< number of the robot; 0 with a key: the key's */
   uint64_t boot_high; /**< upper half of this start's number; both 0: the kernel's random number */
   uint64_t boot_low;  /**< lower half; no other start of the robot may have the same */
   const char* name;   /**< of the session, must be set: 1 to 64 letters, digits, '.', '_', '-', no
@@ -65,9 +63,8 @@ typedef struct um_delivery_options {
   void* report_context; /**< handed to report */
 } um_delivery_options;
 
-/** Fills in the defaults, which stand in brackets above. `struct_size` is
- *  sizeof(um_delivery_options) as the program knows it. Leaves `name` null. */
-int um_delivery_options_init(um_delivery_options* options, size_t struct_size);
+/** Fills in the defaults, which stand in brackets above. Leaves `name` null. */
+int um_delivery_options_init(um_delivery_options* options);
 
 /** Opaque. */
 typedef struct um_delivery um_delivery;
@@ -104,7 +101,6 @@ int um_delivery_set_health(um_delivery* delivery, const struct um_health* health
 
 /** State and counts since um_delivery_create. */
 typedef struct um_delivery_status {
-  uint32_t struct_size;  /**< sizeof(um_delivery_status), set by the caller */
   uint32_t base_answers; /**< 1 once a base has said what it has of this session */
   uint32_t rate_adapts;  /**< 1 once the rate follows the link */
   uint32_t end_is_known; /**< 1 once a base has confirmed the session's end */
@@ -142,7 +138,7 @@ typedef struct um_delivery_status {
   uint64_t earlier_lost;         /**< keyframes of earlier sessions damaged, or removed on disk */
 } um_delivery_status;
 
-/** How the delivery is doing. The caller sets status->struct_size. */
+/** How the delivery is doing. */
 int um_delivery_status_get(const um_delivery* delivery, um_delivery_status* status);
 
 /* ---- Place in the base's map ---------------------------------------------------------------- */
@@ -159,7 +155,6 @@ enum {
  *  T_map_sensor = T_map_odometry * T_odometry_sensor. All robots that a base has localised in one
  *  epoch are in one frame. When the base corrects its answer the pose jumps. */
 typedef struct um_map_pose {
-  uint32_t struct_size; /**< sizeof(um_map_pose), set by the caller */
   uint32_t state;       /**< UM_MAP_POSE_...; position to since_loop_m hold if localised alone */
   int64_t epoch;        /**< of the map in the base's store, from 1; another one, another frame */
   uint32_t sequence;    /**< of the newest keyframe that the answer rests on */
@@ -176,9 +171,9 @@ typedef struct um_map_pose {
   char reason[208];    /**< why the robot is not localised; ended by zero, empty if it is */
 } um_map_pose;
 
-/** The newest answer of a base about this session. The caller sets pose->struct_size. EAGAIN while
- *  none has come, also without a URL; pose is as it was then. Takes a lock for a moment. For any
- *  thread at any time, as um_delivery_status_get. */
+/** The newest answer of a base about this session. EAGAIN while none has come, also without a URL;
+ * pose is as it was then. Takes a lock for a moment. For any thread at any time, as
+ * um_delivery_status_get. */
 int um_delivery_map_pose(const um_delivery* delivery, um_map_pose* pose);
 
 /* ---- End ------------------------------------------------------------------------------------ */

@@ -76,7 +76,6 @@ SharedStatistics shared_statistics(const um_statistics& statistics) noexcept {
 
 std::size_t write_c_keyframe(const um_keyframe& keyframe, const SessionId& session,
                              std::span<std::byte> out) noexcept {
-  if (keyframe.struct_size != sizeof(um_keyframe)) return 0;
   SharedKeyframe fixed = {};
   SectionWriter sections(sizeof fixed, out);
   fixed.scans = sections.convert(std::span(keyframe.scans, keyframe.scan_count), shared_scan);

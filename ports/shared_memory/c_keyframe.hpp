@@ -10,8 +10,7 @@ struct um_keyframe;
 
 namespace unimapper::shared_memory {
 
-/// As `write_keyframe`, byte by byte, of what `um_finished_get` gave. 0 also if its struct_size is
-/// that of another version.
+/// As `write_keyframe`, byte by byte, of what `um_finished_get` gave.
 [[nodiscard]] std::size_t write_c_keyframe(const um_keyframe& keyframe, const SessionId& session,
                                            std::span<std::byte> out) noexcept;
 

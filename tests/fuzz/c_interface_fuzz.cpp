@@ -49,9 +49,8 @@ void configure(Input& input) {
   if (input.get<std::uint8_t>() % 2 == 0) {
     um_sensor_model model;
     input.fill(&model, sizeof model);
-    model.struct_size = sizeof model;
-    const um_status made = um_config_from_model(&config, sizeof config, &model,
-                                                input.get<std::uint32_t>() % 5, &message);
+    const um_status made =
+        um_config_from_model(&config, &model, input.get<std::uint32_t>() % 5, &message);
     if (made != UM_OK) {
       require(message != nullptr && *message != '\0');
       return;
@@ -59,7 +58,7 @@ void configure(Input& input) {
   } else {
     const auto sensor = static_cast<std::uint32_t>(input.get<std::uint8_t>() % 10);
     const auto computer = static_cast<std::uint32_t>(input.get<std::uint8_t>() % 5);
-    if (um_config_init_for(&config, sizeof config, sensor, computer) != UM_OK) return;
+    if (um_config_init_for(&config, sensor, computer) != UM_OK) return;
   }
   const auto table = kParameters<PipelineConfig>;
   for (int i = 0; i < 8 && !input.is_empty(); ++i) {
@@ -78,7 +77,7 @@ void configure(Input& input) {
 
 um_config small_config() {
   um_config config;
-  require(um_config_init(&config, sizeof config, UM_SENSOR_VLP_16) == UM_OK);
+  require(um_config_init(&config, UM_SENSOR_VLP_16) == UM_OK);
   config.keyframe_scans = 2;
   config.keyframe_max_points_per_scan = 256;
   config.voxel_max_cells = 4096;
@@ -145,7 +144,6 @@ void add_scans(Input& input) {
   require(um_flush(pipeline.handle, &ready) == UM_OK);
   if (ready != 0) check_keyframe(pipeline);
   um_health health;
-  health.struct_size = sizeof health;
   require(um_health_get(pipeline.handle, &health) == UM_OK);
   require(health.scans_refused <= health.scans && health.points_dynamic <= health.points_in);
 }

@@ -92,7 +92,6 @@ std::string keyframe_text(const um_keyframe& k) {
 
 std::string health_text(um_pipeline* pipeline) {
   um_health h;
-  h.struct_size = sizeof h;
   REQUIRE(um_health_get(pipeline, &h) == UM_OK);
   return line_of("health scans", h.scans, "refused", h.scans_refused, "keyframes", h.keyframes,
                  "points", h.points_in, "dynamic", h.points_dynamic, "missed", h.deadline_misses) +
@@ -105,7 +104,7 @@ TEST_CASE("a C program's keyframes, events and health, as before on every platfo
           "[regression]") {
   ticks_ns = 0;
   um_config config;
-  REQUIRE(um_config_init(&config, sizeof config, UM_SENSOR_HDL_64E) == UM_OK);
+  REQUIRE(um_config_init(&config, UM_SENSOR_HDL_64E) == UM_OK);
   config.event_capacity = 64;
   config.clock_ns = ticking_clock;
   config.budget_us = 5800;
@@ -135,13 +134,11 @@ TEST_CASE("a C program's keyframes, events and health, as before on every platfo
   std::string text;
   const auto look = [&] {
     um_keyframe keyframe;
-    keyframe.struct_size = sizeof keyframe;
     REQUIRE(um_keyframe_get(pipeline, &keyframe) == UM_OK);
     text += keyframe_text(keyframe);
     um_relabelled relabelled;
     REQUIRE(um_relabelled_get(pipeline, &relabelled) == UM_OK);
     um_images images;
-    images.struct_size = sizeof images;
     REQUIRE(um_images_get(pipeline, &images) == UM_OK);
     for (std::uint32_t i = 0; i < images.count; ++i) {
       std::uint64_t sum = 0;

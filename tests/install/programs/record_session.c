@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
   unsigned keyframes = 0;
   int scan;
   if (argc != 2) return puts("usage: record_session DIRECTORY"), 2;
-  if (um_config_init_for(&config, sizeof config, UM_SENSOR_VLP_16, UM_COMPUTER_JETSON) != UM_OK) {
+  if (um_config_init_for(&config, UM_SENSOR_VLP_16, UM_COMPUTER_JETSON) != UM_OK) {
     return puts("the sensor or the computer is unknown"), 1;
   }
   bytes = um_required_bytes(&config);

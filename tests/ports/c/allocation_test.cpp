@@ -33,7 +33,6 @@ unsigned run(void* memory, std::size_t bytes, const um_config& config,
       if (um_add_scan(pipeline, &points, &pose, 1 + i, &ready) != UM_OK) return 0;
       if (ready == 0) continue;
       um_keyframe keyframe;
-      keyframe.struct_size = sizeof keyframe;
       std::size_t written = 0;
       if (um_keyframe_get(pipeline, &keyframe) != UM_OK) return 0;
       for (std::uint32_t s = 0; s < keyframe.scan_count; ++s) {

@@ -13,7 +13,7 @@ namespace unimapper::test {
 /// The C twin of small_config() in tests/onboard/run.hpp.
 inline um_config small_c_config() {
   um_config config;
-  if (um_config_init(&config, sizeof config, UM_SENSOR_HDL_64E) != UM_OK) std::abort();
+  if (um_config_init(&config, UM_SENSOR_HDL_64E) != UM_OK) std::abort();
   config.keyframe_max_points_per_scan = 40000;
   config.voxel_max_cells = 1U << 16U;
   if (um_config_set(&config, "voxel.max_voxels", "8192", nullptr) != UM_OK) std::abort();
@@ -81,13 +81,11 @@ class CPipeline {
   }
   [[nodiscard]] um_keyframe keyframe() const {
     um_keyframe keyframe;
-    keyframe.struct_size = sizeof keyframe;
     expect(um_keyframe_get(handle_, &keyframe));
     return keyframe;
   }
   [[nodiscard]] um_health health() const {
     um_health health;
-    health.struct_size = sizeof health;
     expect(um_health_get(handle_, &health));
     return health;
   }

@@ -178,29 +178,6 @@ TEST_CASE("C tells what the scans say of the sensor, of the poses and of up") {
   CHECK(up_known);
 }
 
-TEST_CASE("a keyframe is told to programs that know fewer of its members, and to no others") {
-  const CPipeline pipeline;
-  REQUIRE(pipeline.add(points_of(walker_scan(0)), 1) == UM_OK);
-  REQUIRE(um_flush(pipeline, nullptr) == UM_OK);
-  um_keyframe keyframe;
-  for (const std::size_t size : {offsetof(um_keyframe, up_known), offsetof(um_keyframe, input),
-                                 offsetof(um_keyframe, repeats)}) {
-    std::memset(static_cast<void*>(&keyframe), 0x5A, sizeof keyframe);
-    keyframe.struct_size = static_cast<std::uint32_t>(size);
-    REQUIRE(um_keyframe_get(pipeline, &keyframe) == UM_OK);
-    CHECK(keyframe.struct_size == size);
-    CHECK(keyframe.scan_count == 1);
-    const auto* const bytes = reinterpret_cast<const unsigned char*>(&keyframe);
-    CHECK(std::all_of(bytes + size, bytes + sizeof keyframe,
-                      [](unsigned char byte) { return byte == 0x5A; }));
-  }
-  for (const std::size_t size : {std::size_t{0}, sizeof keyframe + 8, sizeof keyframe - 8}) {
-    keyframe.struct_size = static_cast<std::uint32_t>(size);
-    CHECK(um_keyframe_get(pipeline, &keyframe) == UM_UNKNOWN_VERSION);
-    CHECK(says_something(um_message(pipeline)));
-  }
-}
-
 TEST_CASE("points are read through any stride and offsets") {
   const LabelledScan& scan = walker_scan(0);
   std::vector<std::byte> bytes(scan.points.size() * 21 + 1);
@@ -264,7 +241,6 @@ TEST_CASE("there is a keyframe only right after the call that closed it") {
   const um_points points = points_of(walker_scan(0));
   const CPipeline pipeline;
   um_keyframe keyframe;
-  keyframe.struct_size = sizeof keyframe;
   std::uint8_t label = 7;
   std::size_t written = 1;
   std::int32_t ready = 1;

@@ -40,7 +40,7 @@ std::string value_of(const um_config& config, const char* name) {
 TEST_CASE("a name sets the C++ parameter of that name and no other") {
   const std::span<const Parameter> rows = kParameters<PipelineConfig>;
   um_config before;
-  REQUIRE(um_config_init(&before, sizeof before, UM_SENSOR_GENERIC) == UM_OK);
+  REQUIRE(um_config_init(&before, UM_SENSOR_GENERIC) == UM_OK);
   for (const Parameter& row : rows) {
     const std::string name(row.name.view());
     CAPTURE(name);
@@ -69,7 +69,7 @@ TEST_CASE("a name sets the C++ parameter of that name and no other") {
 
 TEST_CASE("the members of um_config are parameters of the C++ configuration") {
   um_config c;
-  REQUIRE(um_config_init(&c, sizeof c, UM_SENSOR_GENERIC) == UM_OK);
+  REQUIRE(um_config_init(&c, UM_SENSOR_GENERIC) == UM_OK);
   c.keyframe_scans = 11;
   c.keyframe_range_min_m = 1.5F;
   c.keyframe_range_max_m = 77.0F;
@@ -159,37 +159,6 @@ TEST_CASE("room for events is part of the block") {
   }
 }
 
-TEST_CASE("a struct from an older header is accepted, the preset stands in for the rest") {
-  const std::size_t old_size = offsetof(um_config, voxel_max_cells);
-  std::vector<unsigned char> memory(sizeof(um_config) + 1, 0xEE);
-  auto* const old = reinterpret_cast<um_config*>(memory.data());
-  REQUIRE(um_config_init(old, old_size, UM_SENSOR_VLP_16) == UM_OK);
-  for (std::size_t i = old_size; i < memory.size(); ++i) REQUIRE(memory[i] == 0xEE);
-  CHECK(check(*old, UM_OK).empty());
-  um_config full;
-  REQUIRE(um_config_init(&full, sizeof full, UM_SENSOR_VLP_16) == UM_OK);
-  CHECK(um_required_bytes(old) == um_required_bytes(&full));
-  // What it does have counts.
-  old->keyframe_max_points_per_scan = 1000;
-  CHECK(um_required_bytes(old) < um_required_bytes(&full));
-  // So does what is set by name, for members it lacks as well.
-  const std::size_t before = um_required_bytes(old);
-  REQUIRE(um_config_set(old, "loop_search.max_places", "20", nullptr) == UM_OK);
-  CHECK(um_required_bytes(old) < before);
-  for (std::size_t i = old_size; i < memory.size(); ++i) REQUIRE(memory[i] == 0xEE);
-}
-
-TEST_CASE("a struct from a newer header, or of no header, is refused") {
-  um_config config = small_c_config();
-  for (const std::uint32_t size : {0U, 4U, static_cast<std::uint32_t>(sizeof config) - 1,
-                                   static_cast<std::uint32_t>(sizeof config) + 8, 0xFFFFFFFFU}) {
-    config.struct_size = size;
-    CHECK_THAT(check(config, UM_UNKNOWN_VERSION), Contains("struct_size"));
-    CHECK(um_required_bytes(&config) == 0);
-    CHECK(um_config_init(&config, size, UM_SENSOR_GENERIC) == UM_UNKNOWN_VERSION);
-  }
-}
-
 TEST_CASE("members out of range are refused by name") {
   const auto with = [](auto change) {
     um_config config = small_c_config();
@@ -205,12 +174,10 @@ TEST_CASE("members out of range are refused by name") {
   CHECK_THAT(with([](um_config& c) { c.budget_us = 5000; }), Contains("clock"));
 }
 
-TEST_CASE("garbage is refused, whatever it says its size is") {
+TEST_CASE("garbage is refused") {
   for (const int byte : {0x00, 0x01, 0x7F, 0x80, 0xFF}) {
     um_config config;
     std::memset(static_cast<void*>(&config), byte, sizeof config);
-    CHECK(um_config_check(&config, nullptr) != UM_OK);
-    config.struct_size = sizeof config;
     CHECK(um_config_check(&config, nullptr) != UM_OK);
     CHECK(um_required_bytes(&config) == 0);
   }

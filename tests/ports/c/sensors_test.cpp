@@ -9,16 +9,19 @@ namespace {
 
 um_sensor_model data_sheet_of(SensorKind kind) {
   const SensorModel& known = sensor_model(kind);
-  return {sizeof(um_sensor_model),  static_cast<std::uint32_t>(known.pattern),
-          known.horizontal_fov_deg, known.elevation_min_deg,
-          known.elevation_max_deg,  known.range_min_m,
-          known.range_max_m,        known.rings,
-          known.points_per_scan,    known.scan_rate_hz};
+  return {static_cast<std::uint32_t>(known.pattern),
+          known.horizontal_fov_deg,
+          known.elevation_min_deg,
+          known.elevation_max_deg,
+          known.range_min_m,
+          known.range_max_m,
+          known.rings,
+          known.points_per_scan,
+          known.scan_rate_hz};
 }
 
 um_sensor_fit no_fit() {
   um_sensor_fit fit{};
-  fit.struct_size = sizeof fit;
   return fit;
 }
 
@@ -45,10 +48,9 @@ TEST_CASE("a sensor's name and its data sheet give the preset of C++, its memory
       um_config by_name{};
       um_config by_model{};
       const char* message = nullptr;
-      REQUIRE(um_config_init_for(&by_name, sizeof by_name, sensor, computer) == UM_OK);
+      REQUIRE(um_config_init_for(&by_name, sensor, computer) == UM_OK);
       REQUIRE(um_config_check(&by_name, nullptr) == UM_OK);
-      REQUIRE(um_config_from_model(&by_model, sizeof by_model, &model, computer, &message) ==
-              UM_OK);
+      REQUIRE(um_config_from_model(&by_model, &model, computer, &message) == UM_OK);
       CHECK(std::string(message).empty());
       const std::size_t core = Pipeline::required_bytes(expected);
       if (handle == 0) handle = um_required_bytes(&by_name) - core;
@@ -74,7 +76,6 @@ TEST_CASE("a sensor's name and its data sheet give the preset of C++, its memory
         um_sensor_fit fit = no_fit();
         um_sensor_fit fit_by_model = no_fit();
         REQUIRE(um_sensor_fit_get(&by_name, sensor, &fit) == UM_OK);
-        CHECK(fit.struct_size == sizeof fit);
         CHECK(fit.fits == (cpp.fits() ? 1 : 0));
         CHECK(fit.cells_needed == cpp.cells_needed);
         CHECK(fit.cells == by_name.voxel_max_cells);
@@ -90,11 +91,10 @@ TEST_CASE("a sensor's name and its data sheet give the preset of C++, its memory
   // keyframe closed last and of the one finished last.
   CHECK(handle < 256 * sizeof(um_loop) + 2 * UM_MAX_SCANS * sizeof(um_scan) + 4096);
   um_config config;
-  REQUIRE(um_config_init_for(&config, sizeof config, UM_SENSOR_OS2_128,
-                             UM_COMPUTER_ARMV7_WITH_64_MB) == UM_OK);
+  REQUIRE(um_config_init_for(&config, UM_SENSOR_OS2_128, UM_COMPUTER_ARMV7_WITH_64_MB) == UM_OK);
   CHECK(um_required_bytes(&config) <= 64'000'000);
-  CHECK(um_config_init(&config, sizeof config, 8) == UM_UNKNOWN_SENSOR);
-  CHECK(um_config_init_for(&config, sizeof config, 0, 4) == UM_UNKNOWN_COMPUTER);
+  CHECK(um_config_init(&config, 8) == UM_UNKNOWN_SENSOR);
+  CHECK(um_config_init_for(&config, 0, 4) == UM_UNKNOWN_COMPUTER);
 }
 
 TEST_CASE("a data sheet with a mistake is refused in words and writes nothing") {
@@ -102,7 +102,7 @@ TEST_CASE("a data sheet with a mistake is refused in words and writes nothing") 
   um_config config{};
   const um_config untouched = config;
   const auto status_of = [&](const um_sensor_model* model, std::uint32_t computer) {
-    return um_config_from_model(&config, sizeof config, model, computer, &message);
+    return um_config_from_model(&config, model, computer, &message);
   };
   um_sensor_model model = data_sheet_of(SensorKind::kOs1_64);
   CHECK(status_of(nullptr, 0) == UM_NULL_ARGUMENT);
@@ -114,15 +114,13 @@ TEST_CASE("a data sheet with a mistake is refused in words and writes nothing") 
   CHECK(status_of(&model, 0) == UM_INVALID_CONFIG);
   CHECK_THAT(std::string(message), Catch::Contains("pattern"));
   model = data_sheet_of(SensorKind::kOs1_64);
-  model.struct_size = 4;
-  CHECK(status_of(&model, 0) == UM_UNKNOWN_VERSION);
   CHECK(std::memcmp(&config, &untouched, sizeof config) == 0);
-  CHECK(um_config_from_model(nullptr, sizeof config, nullptr, 0, nullptr) == UM_NULL_ARGUMENT);
+  CHECK(um_config_from_model(nullptr, nullptr, 0, nullptr) == UM_NULL_ARGUMENT);
 }
 
 TEST_CASE("what cannot be compared is refused and writes nothing") {
   um_config config;
-  REQUIRE(um_config_init(&config, sizeof config, UM_SENSOR_VLP_16) == UM_OK);
+  REQUIRE(um_config_init(&config, UM_SENSOR_VLP_16) == UM_OK);
   um_sensor_model model = data_sheet_of(SensorKind::kVlp16);
   um_sensor_fit fit = no_fit();
   const um_sensor_fit untouched = fit;
@@ -137,7 +135,5 @@ TEST_CASE("what cannot be compared is refused and writes nothing") {
   config.voxel_max_cells = 0;
   CHECK(um_sensor_fit_get(&config, UM_SENSOR_VLP_16, &fit) == UM_INVALID_CONFIG);
   CHECK(std::memcmp(&fit, &untouched, sizeof fit) == 0);
-  REQUIRE(um_config_init(&config, sizeof config, UM_SENSOR_VLP_16) == UM_OK);
-  fit.struct_size = 4;
-  CHECK(um_sensor_fit_get(&config, UM_SENSOR_VLP_16, &fit) == UM_UNKNOWN_VERSION);
+  REQUIRE(um_config_init(&config, UM_SENSOR_VLP_16) == UM_OK);
 }

@@ -11,7 +11,7 @@ using namespace unimapper;
 
 int main() {
   um_delivery_options options;
-  if (um_delivery_options_init(&options, sizeof options) != 0) return 2;
+  if (um_delivery_options_init(&options) != 0) return 2;
   options.name = "robot7";
   options.url = "memq://";
   options.queue_keyframes = 16;

@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
   REQUIRE(argc == 6);
   keyframes = atoi(argv[4]);
 
-  REQUIRE(um_delivery_options_init(&options, sizeof options) == 0);
+  REQUIRE(um_delivery_options_init(&options) == 0);
   options.name = "c_robot";
   options.sensor = "vlp-16";
   options.url = argv[1];
@@ -65,8 +65,7 @@ int main(int argc, char** argv) {
   REQUIRE(um_delivery_session(delivery, &session.robot, &session.boot_high, &session.boot_low) ==
           0);
 
-  REQUIRE(um_config_init_for(&config, sizeof config, UM_SENSOR_VLP_16,
-                             UM_COMPUTER_ARMV7_WITH_64_MB) == UM_OK);
+  REQUIRE(um_config_init_for(&config, UM_SENSOR_VLP_16, UM_COMPUTER_ARMV7_WITH_64_MB) == UM_OK);
   REQUIRE(um_init(&config, aligned(pipeline_block), 64 << 20, &pipeline, &sentence) == UM_OK);
   for (k = 0; k < kPoints; ++k) scan[k][0] = 10.0F, scan[k][1] = 0.1F * (float)k - 50.0F;
   while (made < keyframes) {
@@ -76,14 +75,12 @@ int main(int argc, char** argv) {
     REQUIRE(um_keyframe_encode(pipeline, &session, scratch, 8 << 20, buffer, kCapacity, &encoded) ==
             UM_OK);
     REQUIRE(um_delivery_publish(delivery, buffer, encoded.bytes, stamp_ns) == 0);
-    health.struct_size = sizeof health;
     REQUIRE(um_health_get(pipeline, &health) == UM_OK);
     REQUIRE(um_delivery_set_health(delivery, &health) == 0);
     ++made;
   }
 
   if (strcmp(argv[5], "finish") == 0) REQUIRE(um_delivery_finish(delivery) == 0);
-  status.struct_size = sizeof status;
   REQUIRE(um_delivery_status_get(delivery, &status) == 0);
   printf("published=%lu acknowledged=%lu lost=%lu ended=%lu clock=%lu refused=%s\n",
          (unsigned long)status.published, (unsigned long)status.acknowledged,
