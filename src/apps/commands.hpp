@@ -1,6 +1,8 @@
 // Subcommands of the command-line tool.
 #pragma once
 
+#include <vector>
+
 namespace CLI {
 class App;
 }
@@ -24,5 +26,23 @@ void register_parameters(CLI::App& app);
 void register_reference(CLI::App& app);
 void register_view(CLI::App& app);
 void register_watch(CLI::App& app);
+
+/// Subcommands of one task; without a name for those who build the project.
+struct CommandTask {
+  const char* name;
+  std::vector<void (*)(CLI::App&)> commands;
+};
+
+/// All subcommands as help and docs/commands.md list them.
+inline std::vector<CommandTask> command_tasks() {
+  return {{"Check a recording", {register_inspect}},
+          {"Map a drive", {register_onboard, register_odometry, register_export}},
+          {"Merge drives", {register_merge, register_project}},
+          {"Localise", {register_localise}},
+          {"Look", {register_view}},
+          {"Robots and a base", {register_base, register_watch, register_keys}},
+          {"Simulate and evaluate", {register_simulate, register_evaluate}},
+          {nullptr, {register_parameters, register_reference}}};
+}
 
 }  // namespace unimapper::apps

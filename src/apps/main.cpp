@@ -63,26 +63,12 @@ std::string suggestion(const CLI::App& app, int argc, char** argv) {
 
 /// All commands by task, as help and docs/commands.md list them.
 void add_commands(CLI::App& app) {
-  using namespace unimapper::apps;
-  struct Task {
-    const char* name;
-    std::vector<void (*)(CLI::App&)> commands;
-  };
-  for (const auto& [name, commands] :
-       {Task{"Check a recording", {register_inspect}},
-        Task{"Map a drive", {register_onboard, register_odometry, register_export}},
-        Task{"Merge drives", {register_merge, register_project}},
-        Task{"Localise", {register_localise}}, Task{"Look", {register_view}},
-        Task{"Robots and a base", {register_base, register_watch, register_keys}},
-        Task{"Simulate and evaluate", {register_simulate, register_evaluate}}}) {
+  for (const auto& [name, commands] : unimapper::apps::command_tasks()) {
     for (const auto& add : commands) {
       add(app);
-      app.get_subcommands({}).back()->group(name);
+      if (name != nullptr) app.get_subcommands({}).back()->group(name);
     }
   }
-  // For those who build the project.
-  register_parameters(app);
-  register_reference(app);
 }
 
 int run(int argc, char** argv) {
