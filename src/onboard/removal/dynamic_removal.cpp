@@ -19,94 +19,94 @@ void DynamicRemoval::allocate_scratch(Arena& arena) noexcept {
 void DynamicRemoval::begin(const Grid& grid, const Viewpoint& viewpoint) noexcept {
   cells_.begin(grid);
   viewpoint_ = viewpoint;
-  stage_ = Stage::kArrangement;
+  stage_ = 0;
   loop_.begin();
 }
 
+/// All stages in their order: what the next slice costs, and the slice; true if more of the stage
+/// is left. Lambdas without captures: the compiler sees which one is called.
+template <typename Stage>
+void DynamicRemoval::list_stages(std::uint32_t blocks, Stage stage) const noexcept {
+  stage(slice_cost::arrangement(blocks), [](DynamicRemoval&, const Input& in) noexcept {
+    in.window.blocks().arrange(in.store.occupied());
+    return false;
+  });
+  stage(slice_cost::kTable, [](DynamicRemoval& removal, const Input& in) noexcept {
+    removal.cells_.add(in.store, in.window.blocks().order(), removal.next_blocks(in));
+    if (!removal.loop_.is_over()) return true;
+    removal.voxels_.begin();  // they lie where the sums did
+    return false;
+  });
+  stage(slice_cost::kMoments, [](DynamicRemoval& removal, const Input& in) noexcept {
+    removal.voxels_.add(removal.cells_, removal.next_blocks(in));
+    return !removal.loop_.is_over();
+  });
+  stage(slice_cost::kPlanes, [](DynamicRemoval& removal, const Input&) noexcept {
+    constexpr std::uint32_t kMostPlanes = 2048;
+    removal.voxels_.find_planes(removal.cells_.grid(),
+                                removal.loop_.next(removal.voxels_.map().size(), kMostPlanes));
+    return !removal.loop_.is_over();
+  });
+  stage(slice_cost::ground(blocks), [](DynamicRemoval& removal, const Input&) noexcept {
+    removal.ground_voxels_ = find_ground(removal.config_.voxel.coarse_size_m,
+                                         removal.viewpoint_.sensor_m, removal.voxels_.map());
+    return false;
+  });
+  stage(slice_cost::transparent_ground(blocks),
+        [](DynamicRemoval& removal, const Input& in) noexcept {
+          removal.ground_voxels_ -=
+              removal.transparent_.reject(in.window, removal.cells_, removal.voxels_);
+          return false;
+        });
+  stage(slice_cost::ground_levels(blocks), [](DynamicRemoval& removal, const Input&) noexcept {
+    removal.ground_voxels_ -= removal.levels_.reject_elevated(removal.voxels_.map());
+    propagate_ground(removal.config_.ground, removal.voxels_.map());
+    return false;
+  });
+  stage(slice_cost::kSplit, [](DynamicRemoval& removal, const Input& in) noexcept {
+    split_ground(removal.config_.ground, removal.config_.removal, removal.voxels_,
+                 {removal.viewpoint_.sensor_m, removal.viewpoint_.stray_range_m},
+                 removal.next_blocks(in), removal.cells_);
+    return !removal.loop_.is_over();
+  });
+  stage(slice_cost::occupancy(blocks), [](DynamicRemoval& removal, const Input& in) noexcept {
+    removal.prepare_evidence(in.window);
+    return false;
+  });
+  stage(slice_cost::evidence(filter_.images()),
+        [](DynamicRemoval& removal, const Input& in) noexcept {
+          return removal.filter_.step(in.window, removal.cells_);
+        });
+  stage(slice_cost::kComponents, [](DynamicRemoval& removal, const Input& in) noexcept {
+    return removal.config_.removal.components &&
+           removal.classifier_.step(in.window.blocks(), removal.filter_.log_odds(),
+                                    removal.viewpoint_, removal.cells_);
+  });
+}
+
 bool DynamicRemoval::step(const CellStore& store, EvidenceWindow& window) noexcept {
-  if (!do_slice(store, window)) {
-    stage_ = static_cast<Stage>(static_cast<std::uint8_t>(stage_) + 1U);
-    loop_.begin();
-  }
-  return stage_ != Stage::kDone;
+  std::uint32_t stages = 0;
+  bool is_left = false;
+  list_stages(store.block_count(), [&](std::uint32_t, auto slice) noexcept {
+    if (stages++ == stage_) is_left = slice(*this, Input{store, window});
+  });
+  if (is_left) return true;
+  loop_.begin();
+  return ++stage_ < stages;
 }
 
 std::uint32_t DynamicRemoval::step_cost(std::uint32_t blocks) const noexcept {
-  switch (stage_) {
-    case Stage::kArrangement:
-      return slice_cost::arrangement(blocks);
-    case Stage::kTable:
-      return slice_cost::kTable;
-    case Stage::kMoments:
-      return slice_cost::kMoments;
-    case Stage::kPlanes:
-      return slice_cost::kPlanes;
-    case Stage::kGround:
-      return slice_cost::ground(blocks);
-    case Stage::kTransparentGround:
-      return slice_cost::transparent_ground(blocks);
-    case Stage::kGroundLevels:
-      return slice_cost::ground_levels(blocks);
-    case Stage::kSplit:
-      return slice_cost::kSplit;
-    case Stage::kOccupancy:
-      return slice_cost::occupancy(blocks);
-    case Stage::kEvidence:
-      return slice_cost::evidence(filter_.images());
-    case Stage::kComponents:
-      return slice_cost::kComponents;
-    case Stage::kDone:
-      break;
-  }
-  return 0;
+  std::uint32_t stages = 0;
+  std::uint32_t cost = 0;
+  list_stages(blocks, [&](std::uint32_t of_stage, auto) noexcept {
+    if (stages++ == stage_) cost = of_stage;
+  });
+  return cost;
 }
 
-bool DynamicRemoval::do_slice(const CellStore& store, EvidenceWindow& window) noexcept {
+Slice DynamicRemoval::next_blocks(const Input& in) noexcept {
   constexpr std::uint32_t kMostBlocks = 4096;
-  constexpr std::uint32_t kMostPlanes = 2048;
-  const auto next_blocks = [&]() noexcept { return loop_.next(store.block_count(), kMostBlocks); };
-  FixedHashMap<CoarseVoxel>& voxels = voxels_.map();
-  switch (stage_) {
-    case Stage::kArrangement:
-      window.blocks().arrange(store.occupied());
-      return false;
-    case Stage::kTable:
-      cells_.add(store, window.blocks().order(), next_blocks());
-      if (!loop_.is_over()) return true;
-      voxels_.begin();  // they lie where the sums did
-      return false;
-    case Stage::kMoments:
-      voxels_.add(cells_, next_blocks());
-      return !loop_.is_over();
-    case Stage::kPlanes:
-      voxels_.find_planes(cells_.grid(), loop_.next(voxels.size(), kMostPlanes));
-      return !loop_.is_over();
-    case Stage::kGround:
-      ground_voxels_ = find_ground(config_.voxel.coarse_size_m, viewpoint_.sensor_m, voxels);
-      return false;
-    case Stage::kTransparentGround:
-      ground_voxels_ -= transparent_.reject(window, cells_, voxels_);
-      return false;
-    case Stage::kGroundLevels:
-      ground_voxels_ -= levels_.reject_elevated(voxels);
-      propagate_ground(config_.ground, voxels);
-      return false;
-    case Stage::kSplit:
-      split_ground(config_.ground, config_.removal, voxels_,
-                   {viewpoint_.sensor_m, viewpoint_.stray_range_m}, next_blocks(), cells_);
-      return !loop_.is_over();
-    case Stage::kOccupancy:
-      prepare_evidence(window);
-      return false;
-    case Stage::kEvidence:
-      return filter_.step(window, cells_);
-    case Stage::kComponents:
-      return config_.removal.components &&
-             classifier_.step(window.blocks(), filter_.log_odds(), viewpoint_, cells_);
-    case Stage::kDone:
-      break;
-  }
-  return true;  // nothing follows
+  return loop_.next(in.store.block_count(), kMostBlocks);
 }
 
 void DynamicRemoval::prepare_evidence(EvidenceWindow& window) noexcept {

@@ -50,23 +50,15 @@ class DynamicRemoval {
   [[nodiscard]] CoarseVoxels& voxels() noexcept { return voxels_; }
 
  private:
-  enum class Stage : std::uint8_t {
-    kArrangement,
-    kTable,
-    kMoments,
-    kPlanes,
-    kGround,
-    kTransparentGround,
-    kGroundLevels,
-    kSplit,
-    kOccupancy,
-    kEvidence,
-    kComponents,
-    kDone
+  /// What slices read.
+  struct Input {
+    const CellStore& store;
+    EvidenceWindow& window;
   };
 
-  /// Does a slice of the stage. True if more of it is left.
-  bool do_slice(const CellStore& store, EvidenceWindow& window) noexcept;
+  template <typename Stage>
+  void list_stages(std::uint32_t blocks, Stage stage) const noexcept;
+  Slice next_blocks(const Input& in) noexcept;
   void prepare_evidence(EvidenceWindow& window) noexcept;
 
   const PipelineConfig& config_;
@@ -76,7 +68,7 @@ class DynamicRemoval {
   GroundLevels levels_;
   BayesFilter filter_;
   ComponentClassifier classifier_;
-  Stage stage_ = Stage::kDone;
+  std::uint32_t stage_ = 0;  ///< its place in the list
   SlicedLoop loop_;
   Viewpoint viewpoint_;
   std::uint32_t ground_voxels_ = 0;
