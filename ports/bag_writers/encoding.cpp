@@ -47,14 +47,7 @@ class MessageBytes {
   void put_covariance() {
     for (int i = 0; i < 36; ++i) put(0.0);
   }
-  void put_packed(const CloudPoint& point) {
-    bytes_.put(point.x);
-    bytes_.put(point.y);
-    bytes_.put(point.z);
-    bytes_.put(point.intensity);
-    bytes_.put(point.ring);
-    bytes_.put(point.time_s);
-  }
+  void put_packed(std::string_view bytes) { bytes_.put_bytes(bytes); }
 
   [[nodiscard]] std::string take() const { return std::string(bytes_.view()); }
 
@@ -65,43 +58,47 @@ class MessageBytes {
   std::uint32_t sequence_;
 };
 
-/// sensor_msgs/PointField of `CloudPoint`.
-struct Field {
-  std::string_view name;
-  std::uint32_t offset;
-  std::uint8_t type;
-};
-
-constexpr std::uint8_t kUint16 = 4;
-constexpr std::uint8_t kFloat32 = 7;
-constexpr std::array<Field, 6> kFields = {{{"x", 0, kFloat32},
-                                           {"y", 4, kFloat32},
-                                           {"z", 8, kFloat32},
-                                           {"intensity", 12, kFloat32},
-                                           {"ring", 16, kUint16},
-                                           {"time", 18, kFloat32}}};
+/// Fields of `CloudPoint`.
+constexpr std::array<PointField, 6> kFields = {{{"x", 0, PointField::kFloat32},
+                                                {"y", 4, PointField::kFloat32},
+                                                {"z", 8, PointField::kFloat32},
+                                                {"intensity", 12, PointField::kFloat32},
+                                                {"ring", 16, PointField::kUint16},
+                                                {"time", 18, PointField::kFloat32}}};
 constexpr std::uint32_t kPointBytes = 22;
 
 }  // namespace
 
 std::string encode(Encoding encoding, const PointCloud2& cloud, std::uint32_t sequence) {
+  ByteBuffer points;
+  for (const CloudPoint& point : cloud.points) {
+    for (const float value : {point.x, point.y, point.z, point.intensity}) points.put(value);
+    points.put(point.ring);
+    points.put(point.time_s);
+  }
+  return encode(encoding, PackedCloud{cloud.header, kFields, kPointBytes, points.view()}, sequence);
+}
+
+std::string encode(Encoding encoding, const PackedCloud& cloud, std::uint32_t sequence) {
+  if (cloud.points.size() > UINT32_MAX)
+    throw BagError("a cloud of 4 GB does not fit into a message");
   MessageBytes bytes(encoding, sequence);
-  const auto count = static_cast<std::uint32_t>(cloud.points.size());
+  const auto byte_count = static_cast<std::uint32_t>(cloud.points.size());
   bytes.put(cloud.header);
-  bytes.put(std::uint32_t{1});  // height
-  bytes.put(count);             // width
-  bytes.put(static_cast<std::uint32_t>(kFields.size()));
-  for (const Field& field : kFields) {
+  bytes.put(std::uint32_t{1});                // height
+  bytes.put(byte_count / cloud.point_bytes);  // width
+  bytes.put(static_cast<std::uint32_t>(cloud.fields.size()));
+  for (const PointField& field : cloud.fields) {
     bytes.put(field.name);
     bytes.put(field.offset);
-    bytes.put(field.type);
+    bytes.put(std::uint8_t{field.type});
     bytes.put(std::uint32_t{1});  // count
   }
   bytes.put(std::uint8_t{0});  // little endian
-  bytes.put(kPointBytes);
-  bytes.put(kPointBytes * count);  // bytes of a row
-  bytes.put(kPointBytes * count);  // bytes of all
-  for (const CloudPoint& point : cloud.points) bytes.put_packed(point);
+  bytes.put(cloud.point_bytes);
+  bytes.put(byte_count);  // of a row
+  bytes.put(byte_count);  // of all
+  bytes.put_packed(cloud.points);
   bytes.put(std::uint8_t{1});  // every point is finite
   return bytes.take();
 }

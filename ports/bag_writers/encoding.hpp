@@ -16,6 +16,9 @@ enum class Encoding : std::uint8_t {
 /// The message as bytes. `sequence` numbers the headers of ROS 1. O(bytes).
 [[nodiscard]] std::string encode(Encoding encoding, const PointCloud2& cloud,
                                  std::uint32_t sequence = 0);
+/// The cloud as bytes. `sequence` numbers the headers of ROS 1. O(bytes).
+[[nodiscard]] std::string encode(Encoding encoding, const PackedCloud& cloud,
+                                 std::uint32_t sequence = 0);
 /// The odometry as bytes. `sequence` numbers the headers of ROS 1. O(bytes).
 [[nodiscard]] std::string encode(Encoding encoding, const Odometry& odometry,
                                  std::uint32_t sequence = 0);

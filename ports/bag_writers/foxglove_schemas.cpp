@@ -61,22 +61,6 @@ Json alternatives(const char* title, std::initializer_list<const char*> names) {
   return {{"title", title}, {"oneOf", std::move(options)}};
 }
 
-Json point_cloud() {
-  const Json field = object(
-      "foxglove.PackedElementField",
-      {{"name", text()},
-       {"offset", {{"type", "integer"}, {"minimum", 0}}},
-       {"type", alternatives("foxglove.NumericType", {"UNKNOWN", "UINT8", "INT8", "UINT16", "INT16",
-                                                      "UINT32", "INT32", "FLOAT32", "FLOAT64"})}});
-  return object("foxglove.PointCloud",
-                {{"timestamp", time()},
-                 {"frame_id", text()},
-                 {"pose", pose()},
-                 {"point_stride", {{"type", "integer"}, {"minimum", 0}}},
-                 {"fields", array(field)},
-                 {"data", {{"type", "string"}, {"contentEncoding", "base64"}}}});
-}
-
 Json line() {
   return object(
       "foxglove.LinePrimitive",
@@ -131,11 +115,9 @@ Json schema_of(FoxgloveSchema schema) {
                                                 {"translation", vector()},
                                                 {"rotation", quaternion()}});
     case FoxgloveSchema::kSceneUpdate:
-      return scene_update();
-    case FoxgloveSchema::kPointCloud:
       break;
   }
-  return point_cloud();
+  return scene_update();
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "ports/bag_writers/byte_buffer.hpp"
+#include "ports/bag_writers/encoding.hpp"
+#include "ports/bag_writers/message_definitions.hpp"
 
 namespace unimapper::bags {
 namespace {
@@ -33,72 +35,51 @@ Json json(const Rgba& color) {
           {"a", share(color.alpha)}};
 }
 
-/// RFC 4648.
-std::string base64(std::string_view bytes) {
-  constexpr std::string_view kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      group = group << 8U | (k < count ? static_cast<std::uint8_t>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += k <= count ? kDigits[group >> (18 - 6 * k) & 0x3FU] : '=';
-    }
-  }
-  return text;
-}
-
 }  // namespace
 
 FoxgloveWriter::FoxgloveWriter(const std::filesystem::path& file) : writer_(file, "") {}
 
 void FoxgloveWriter::write(std::string_view topic, FoxgloveSchema schema, std::int64_t stamp_ns,
                            std::string_view message) {
+  const auto [known, is_new] = schemas_.try_emplace(schema, std::uint16_t{0});
+  if (is_new) {
+    known->second = writer_.add_schema(schema_name(schema), "jsonschema", schema_text(schema));
+  }
+  write(topic, known->second, "json", stamp_ns, message);
+}
+
+void FoxgloveWriter::write(std::string_view topic, std::uint16_t schema, std::string_view encoding,
+                           std::int64_t stamp_ns, std::string_view message) {
   auto channel = channels_.find(topic);
   if (channel == channels_.end()) {
-    const auto [known, is_new] = schemas_.try_emplace(schema, std::uint16_t{0});
-    if (is_new) {
-      known->second = writer_.add_schema(schema_name(schema), "jsonschema", schema_text(schema));
-    }
     channel =
-        channels_.emplace(std::string(topic), writer_.add_channel(known->second, topic, "json"))
-            .first;
+        channels_.emplace(std::string(topic), writer_.add_channel(schema, topic, encoding)).first;
   }
   writer_.write(channel->second, static_cast<std::uint64_t>(stamp_ns), message);
 }
 
 void FoxgloveWriter::write_cloud(std::string_view topic, std::string_view frame,
                                  std::int64_t stamp_ns, std::span<const Eigen::Vector3f> points,
-                                 std::span<const Rgba> colors) {
-  constexpr int kUint8 = 1;
-  constexpr int kFloat32 = 7;
+                                 std::optional<Rgba> color) {
+  constexpr MessageType kType = MessageType::kPointCloud2;
+  if (cloud_schema_ == 0) {
+    cloud_schema_ = writer_.add_schema(ros2_name(kType), "ros2msg", ros2_definition(kType));
+  }
+  std::vector<PointField> fields = {{"x", 0, PointField::kFloat32},
+                                    {"y", 4, PointField::kFloat32},
+                                    {"z", 8, PointField::kFloat32}};
+  if (color) fields.push_back({"rgba", 12, PointField::kUint32});
+  const auto point_bytes = static_cast<std::uint32_t>(4 * fields.size());
   ByteBuffer data;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    for (const float coordinate : points[i]) data.put(coordinate);
-    const Rgba& color = colors[colors.size() == points.size() ? i : 0];
-    for (const std::uint8_t value : {color.red, color.green, color.blue, color.alpha}) {
+  for (const Eigen::Vector3f& point : points) {
+    for (const float coordinate : point) data.put(coordinate);
+    if (!color) continue;
+    for (const std::uint8_t value : {color->blue, color->green, color->red, color->alpha}) {
       data.put(value);
     }
   }
-  Json fields = Json::array();
-  const auto add = [&fields](const char* name, int offset, int type) {
-    fields.push_back({{"name", name}, {"offset", offset}, {"type", type}});
-  };
-  add("x", 0, kFloat32);
-  add("y", 4, kFloat32);
-  add("z", 8, kFloat32);
-  add("red", 12, kUint8);
-  add("green", 13, kUint8);
-  add("blue", 14, kUint8);
-  add("alpha", 15, kUint8);
-  const Json message = {{"timestamp", time(stamp_ns)}, {"frame_id", frame},
-                        {"pose", json(Pose())},        {"point_stride", 16},
-                        {"fields", std::move(fields)}, {"data", base64(data.view())}};
-  write(topic, FoxgloveSchema::kPointCloud, stamp_ns, message.dump());
+  const PackedCloud cloud{{stamp_ns, std::string(frame)}, fields, point_bytes, data.view()};
+  write(topic, cloud_schema_, "cdr", stamp_ns, encode(Encoding::kCdr, cloud));
 }
 
 void FoxgloveWriter::write_poses(std::string_view topic, std::string_view frame,

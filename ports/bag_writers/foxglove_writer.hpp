@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -22,16 +23,16 @@ struct Rgba {
   std::uint8_t red = 0, green = 0, blue = 0, alpha = 255;
 };
 
-/// Writes point clouds, poses, transforms and lines that Foxglove and its relatives show. Messages
-/// are JSON; the numbers of clouds in it are base64, 16 bytes a point before and 21.3 after. A
-/// topic holds messages of one kind. All members throw BagError.
+/// Writes point clouds, poses, transforms and lines that Foxglove and its relatives show. Clouds
+/// are PointCloud2 of ROS 2, binary; all else is JSON in Foxglove's schemas. A topic holds messages
+/// of one kind. All members throw BagError.
 class FoxgloveWriter {
  public:
   explicit FoxgloveWriter(const std::filesystem::path& file);
 
-  /// `colors`: one for all points, or one each.
+  /// 12 bytes a point, 16 of a colour; without one, viewers colour by height.
   void write_cloud(std::string_view topic, std::string_view frame, std::int64_t stamp_ns,
-                   std::span<const Eigen::Vector3f> points, std::span<const Rgba> colors);
+                   std::span<const Eigen::Vector3f> points, std::optional<Rgba> color);
   /// Poses T_frame_x, shown together.
   void write_poses(std::string_view topic, std::string_view frame, std::int64_t stamp_ns,
                    std::span<const Pose> poses);
@@ -52,9 +53,12 @@ class FoxgloveWriter {
  private:
   void write(std::string_view topic, FoxgloveSchema schema, std::int64_t stamp_ns,
              std::string_view message);
+  void write(std::string_view topic, std::uint16_t schema, std::string_view encoding,
+             std::int64_t stamp_ns, std::string_view message);
 
   McapWriter writer_;
   std::map<FoxgloveSchema, std::uint16_t> schemas_;
+  std::uint16_t cloud_schema_ = 0;  // unknown to the file
   std::map<std::string, std::uint16_t, std::less<>> channels_;
 };
 

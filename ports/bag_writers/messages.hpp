@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "unimapper/core/pose.hpp"
@@ -38,6 +39,22 @@ struct CloudPoint {
 struct PointCloud2 {
   Header header;
   std::span<const CloudPoint> points;
+};
+
+/// sensor_msgs/PointField of one number.
+struct PointField {
+  enum Type : std::uint8_t { kUint8 = 2, kUint16 = 4, kUint32 = 6, kFloat32 = 7 };
+  std::string_view name;
+  std::uint32_t offset;
+  Type type;
+};
+
+/// sensor_msgs/PointCloud2 of any fields.
+struct PackedCloud {
+  Header header;
+  std::span<const PointField> fields;
+  std::uint32_t point_bytes;
+  std::string_view points;  ///< `point_bytes` each
 };
 
 /// nav_msgs/Odometry: pose of `child_frame_id` in the header's frame, its velocities in

@@ -14,7 +14,6 @@
 namespace unimapper::apps {
 namespace {
 
-constexpr bags::Rgba kStaticColor{200, 200, 200};
 constexpr bags::Rgba kRemovedColor{230, 60, 40};
 constexpr bags::Rgba kAppearedColor{0, 200, 0};
 constexpr bags::Rgba kGoneColor{220, 0, 0};
@@ -102,7 +101,7 @@ ResultScene scene_of_run(const std::filesystem::path& run) {
   const merge::MergedSession merged = alone(session);
   ResultScene scene;
   scene.frame = "odometry";
-  scene.clouds.push_back({"/static", in_memory(session_cloud(session, merged)), kStaticColor});
+  scene.clouds.push_back({"/static", in_memory(session_cloud(session, merged)), {}});
   scene.clouds.push_back({"/removed", removed_points(session), kRemovedColor});
   scene.tracks.push_back({session.info.name, merge::session_trajectory(session, merged)});
   add_loops_of_run(run / "loops.csv", session, scene);
@@ -118,7 +117,7 @@ ResultScene scene_of_merge(const std::vector<SessionData>& sessions,
                            const merge::MergeResult& result) {
   ResultScene scene;
   scene.frame = "map";
-  SceneCloud map{"/static", {}, kStaticColor};
+  SceneCloud map{"/static", {}, {}};
   for (const merge::MapPoint& point : result.map) map.points.push_back(point.position);
   SceneCloud appeared{"/appeared", {}, kAppearedColor};
   SceneCloud gone{"/gone", {}, kGoneColor};
@@ -154,7 +153,7 @@ void write_scene(const std::filesystem::path& file, const ResultScene& scene) {
   bags::FoxgloveWriter writer(file);
   const std::int64_t start_ns = first_stamp_ns(scene);
   for (const SceneCloud& cloud : scene.clouds) {
-    writer.write_cloud(cloud.topic, scene.frame, start_ns, cloud.points, {&cloud.color, 1});
+    writer.write_cloud(cloud.topic, scene.frame, start_ns, cloud.points, cloud.color);
   }
   writer.write_lines("/loops", scene.frame, start_ns, "loops", scene.loops, kLoopColor);
   for (const SceneTrack& track : scene.tracks) {

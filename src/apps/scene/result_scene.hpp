@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,11 +14,11 @@
 
 namespace unimapper::apps {
 
-/// Points of one topic and one colour.
+/// Points of one topic.
 struct SceneCloud {
   std::string topic;
   std::vector<Eigen::Vector3f> points;
-  bags::Rgba color;
+  std::optional<bags::Rgba> color;
 };
 
 /// The sensor's way in one session.

@@ -1,13 +1,17 @@
-// MCAP files as npm's @mcap/core reads them; the program ends with 77 where the package is missing.
+// MCAP files as npm's @mcap/core reads them; the program ends with 77 where a package is missing.
 'use strict';
 const fs = require('fs');
 
-try {
-  exports.core = require('@mcap/core');
-} catch (error) {
-  console.log('skipped: npm has no @mcap/core here (npm install @mcap/core; NODE_PATH)');
-  process.exit(77);
-}
+/// A package of npm.
+exports.package = (name) => {
+  try {
+    return require(name);
+  } catch (error) {
+    console.log(`skipped: npm has no ${name} here (npm install ${name}; NODE_PATH)`);
+    process.exit(77);
+  }
+};
+exports.core = exports.package('@mcap/core');
 
 /// The bytes of a file, and a reader that goes by its index.
 exports.open = async (name) => {
