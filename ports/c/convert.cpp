@@ -14,7 +14,8 @@ namespace {
 static_assert(sizeof(um_cell) == sizeof(FineCell) && alignof(um_cell) == alignof(FineCell));
 static_assert(offsetof(um_cell, position) == offsetof(FineCell, position) &&
               offsetof(um_cell, points) == offsetof(FineCell, points) &&
-              offsetof(um_cell, ground) == offsetof(FineCell, ground));
+              offsetof(um_cell, ground) == offsetof(FineCell, ground) &&
+              offsetof(um_cell, intensity) == offsetof(FineCell, intensity));
 static_assert(sizeof(um_keypoint) == sizeof(Keypoint) && alignof(um_keypoint) == alignof(Keypoint));
 static_assert(offsetof(um_keypoint, position) == offsetof(Keypoint, position) &&
               offsetof(um_keypoint, normal) == offsetof(Keypoint, normal) &&
@@ -175,12 +176,12 @@ Pose from_c(const um_pose& pose) noexcept {
 }
 
 PointView to_view(const um_points& points) noexcept {
-  return {static_cast<const std::byte*>(points.data),
-          points.count,
-          points.stride,
-          points.offset_x,
-          points.offset_y,
-          points.offset_z};
+  return {.data = static_cast<const std::byte*>(points.data),
+          .count = points.count,
+          .stride = points.stride,
+          .offset_x = points.offset_x,
+          .offset_y = points.offset_y,
+          .offset_z = points.offset_z};
 }
 
 bool is_possible(const um_points& points) noexcept {

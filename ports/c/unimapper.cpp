@@ -35,6 +35,12 @@ constexpr const char* kVersionText =
 #undef UM_TEXT
 #undef UM_TEXT_OF
 
+/// Whether its intensities may lie in memory.
+bool is_possible(const PointView& points) noexcept {
+  return points.intensities == nullptr || points.intensity_stride == 0 ||
+         points.count <= SIZE_MAX / 4 / points.intensity_stride;
+}
+
 /// The core's own names are constants that end in zero.
 const char* text_of(std::string_view name) noexcept { return name.data(); }
 
@@ -234,14 +240,24 @@ um_status um_pose_from_quaternion(const double xyzw[4], const double translation
 um_status um_add_scan(um_pipeline* pipeline, const um_points* points,
                       const um_pose* T_odometry_sensor, std::int64_t stamp_ns,
                       std::int32_t* keyframe_ready) {
+  return um_add_scan_with_intensities(pipeline, points, nullptr, 1, T_odometry_sensor, stamp_ns,
+                                      keyframe_ready);
+}
+
+um_status um_add_scan_with_intensities(um_pipeline* pipeline, const um_points* points,
+                                       const std::uint8_t* intensities, std::size_t stride,
+                                       const um_pose* T_odometry_sensor, std::int64_t stamp_ns,
+                                       std::int32_t* keyframe_ready) {
   if (keyframe_ready != nullptr) *keyframe_ready = 0;
   if (!is_pipeline(pipeline)) return UM_INVALID_HANDLE;
   if (points == nullptr || T_odometry_sensor == nullptr) {
     return refuse(*pipeline, UM_NULL_ARGUMENT);
   }
-  if (!is_possible(*points)) return refuse(*pipeline, UM_INVALID_POINTS);
-  const ScanResult result =
-      pipeline->core->add_scan(to_view(*points), from_c(*T_odometry_sensor), stamp_ns);
+  PointView view = to_view(*points);
+  view.intensities = intensities;
+  view.intensity_stride = stride;
+  if (!is_possible(*points) || !is_possible(view)) return refuse(*pipeline, UM_INVALID_POINTS);
+  const ScanResult result = pipeline->core->add_scan(view, from_c(*T_odometry_sensor), stamp_ns);
   ++pipeline->health.scans;
   if (result.error.code != ErrorCode::kOk) ++pipeline->health.scans_refused;
   return finish(*pipeline, result, keyframe_ready);

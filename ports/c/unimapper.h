@@ -275,6 +275,16 @@ UM_API UM_CHECKED um_status um_add_scan(um_pipeline* pipeline, const um_points* 
                                         const um_pose* T_odometry_sensor, int64_t stamp_ns,
                                         int32_t* keyframe_ready);
 
+/** um_add_scan with the intensities of the points, one byte each, `stride` bytes apart, which lie
+ *  in the order of the points and are needed only during the call; null: not known. With the
+ *  parameter `intensity` (um_config_set) cells carry their mean; else they are not read.
+ *  UM_INVALID_POINTS, too, for a stride with which they do not fit into memory. */
+UM_API UM_CHECKED um_status um_add_scan_with_intensities(um_pipeline* pipeline,
+                                                         const um_points* points,
+                                                         const uint8_t* intensities, size_t stride,
+                                                         const um_pose* T_odometry_sensor,
+                                                         int64_t stamp_ns, int32_t* keyframe_ready);
+
 /** Tells what the pose of the next scan is uncertain by, since that of the scan before, along axes
  *  that the odometry did not determine (um_odometry_slip): covariance of the translation along the
  *  odometry frame's axes, square metres, row by row. Keyframes carry it to the base, whose pose
@@ -311,7 +321,7 @@ typedef struct um_cell {
   float position[3]; /**< mean of its points */
   uint16_t points;   /**< scan points in the cell, saturating */
   uint8_t ground;    /**< 1 if it belongs to the ground */
-  uint8_t reserved;  /**< 0 */
+  uint8_t intensity; /**< mean of its points, from 1; 0: not known */
 } um_cell;
 
 /** A repeatable spot of the static scene, keyframe frame. */

@@ -58,10 +58,10 @@ static_assert(sizeof(SharedScan) == 112);
 
 /// A `FineCell`.
 struct SharedCell {
-  float position[3];     ///< levelled keyframe frame, metres
-  std::uint16_t points;  ///< scan points in the cell, saturating
-  std::uint8_t ground;   ///< 1 if the cell belongs to the ground
-  std::uint8_t unused;   ///< 0
+  float position[3];       ///< levelled keyframe frame, metres
+  std::uint16_t points;    ///< scan points in the cell, saturating
+  std::uint8_t ground;     ///< 1 if the cell belongs to the ground
+  std::uint8_t intensity;  ///< mean of its points, from 1; 0: not known
 };
 static_assert(sizeof(SharedCell) == 16);
 

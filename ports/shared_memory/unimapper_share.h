@@ -66,7 +66,7 @@ typedef struct um_share_cell {
   float position[3]; /**< levelled keyframe frame, metres */
   uint16_t points;   /**< scan points in the cell, saturating */
   uint8_t ground;    /**< 1 if it belongs to the ground */
-  uint8_t unused;    /**< 0 */
+  uint8_t intensity; /**< mean of its points, from 1; 0: not known */
 } um_share_cell;
 
 /** Cells where they lie. */

@@ -15,7 +15,8 @@ using namespace onboard;
 
 void Pipeline::State::allocate(Arena& arena) noexcept {
   if (config.deferred) {
-    waiting.allocate(arena, config.waiting_scans, config.keyframe.max_points_per_scan);
+    waiting.allocate(arena, config.waiting_scans, config.keyframe.max_points_per_scan,
+                     config.intensity);
   }
   builder.allocate(arena, config);
   removal.allocate(arena);

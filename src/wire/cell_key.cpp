@@ -20,11 +20,11 @@ struct Digit {
   [[nodiscard]] constexpr std::size_t values() const noexcept { return std::size_t{1} << bits; }
 };
 
-// All 44 bits of a key.
-constexpr std::array<Digit, 4> kDigits{
-    {{0, 11, 0}, {11, 11, 2048}, {22, 11, 4096}, {33, 11, 6144}}};
-static_assert(kDigits.back().first_count + kDigits.back().values() == CellKeyScratch::kCounts);
-static_assert(kDigits.back().shift + kDigits.back().bits == 44);
+// All 52 bits of a key; the intensity first, which counts least.
+constexpr std::array<Digit, 5> kDigits{
+    {{kIntensityShift, 8, 8192}, {0, 11, 0}, {11, 11, 2048}, {22, 11, 4096}, {33, 11, 6144}}};
+static_assert(kDigits.front().first_count + kDigits.front().values() == CellKeyScratch::kCounts);
+static_assert(kDigits.back().shift + kDigits.back().bits == kIntensityShift);
 
 /// Turns a histogram into the index at which each value's keys begin.
 void accumulate(std::span<std::uint32_t> counts) noexcept {
@@ -37,7 +37,7 @@ void accumulate(std::span<std::uint32_t> counts) noexcept {
 std::optional<CellKey> cell_key(const FineCell& cell, const CellGrid& grid) noexcept {
   const std::optional<GridPosition> at = grid.find(cell.position);
   if (!at) return std::nullopt;
-  CellKey key = 0;
+  CellKey key = cell.intensity;
   for (const std::int32_t index : at->cell) {
     key = (key << 8U) | static_cast<std::uint32_t>(index / kBlockCells);
   }
@@ -62,6 +62,7 @@ FineCell cell_of(CellKey key, const CellGrid& grid) noexcept {
   FineCell cell{};
   cell.position = grid.position(at);
   cell.ground = is_ground(key) ? 1 : 0;
+  cell.intensity = intensity_of(key);
   return cell;
 }
 
@@ -82,6 +83,8 @@ std::span<const CellKey> sorted_cell_keys(std::span<const FineCell> cells, const
   std::span<CellKey> from = scratch.keys.first(count);
   std::span<CellKey> to = scratch.spare.first(count);
   for (const Digit& digit : kDigits) {
+    // Without intensities there is nothing to order by them.
+    if (digit.shift == kIntensityShift && scratch.counts[digit.first_count] == count) continue;
     const std::span<std::uint32_t> begins =
         scratch.counts.subspan(digit.first_count, digit.values());
     accumulate(begins);

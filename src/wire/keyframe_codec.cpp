@@ -202,16 +202,35 @@ const char* read_cells(LittleEndianReader& in, const CellGrid& grid,
   return coder.ends_here() ? nullptr : "the code of the cells is not the one of these cells";
 }
 
+/// Of equal cells the intensities do not descend, as their order says nothing.
+const char* read_intensities(LittleEndianReader& in, std::vector<FineCell>& cells) {
+  const Bytes bytes = in.get_bytes(cells.size());
+  if (!in.ok()) return "fewer bytes than intensities";
+  bool is_known = false;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    cells[i].intensity = bytes[i];
+    is_known = is_known || bytes[i] != 0;
+    const bool repeats = i > 0 && cells[i].position == cells[i - 1].position &&
+                         cells[i].ground == cells[i - 1].ground;
+    if (repeats && bytes[i] < bytes[i - 1]) return "intensities are not sorted";
+  }
+  return is_known ? nullptr : "no intensity is known";
+}
+
 void read_cell_size(LittleEndianReader& in, KeyframeRecord& record) {
   record.cell_size_m = static_cast<float>(in.get<std::uint16_t>()) / 1000.0F;
 }
 
-const char* read_cell_lists(LittleEndianReader& in, Room& room, KeyframeRecord& record) {
+const char* read_cell_lists(LittleEndianReader& in, bool has_intensities, Room& room,
+                            KeyframeRecord& record) {
   // Whatever the grid depends on.
   if (const char* fault = keyframe_fault(content_of(record))) return fault;
   std::unique_ptr<CellCode> code;  // which is large
   const CellGrid grid(record.T_odometry_keyframe, cell_size_mm(record.cell_size_m) / 1000.0);
   if (const char* fault = read_cells(in, grid, code, room, record.static_cells)) return fault;
+  if (has_intensities) {
+    if (const char* fault = read_intensities(in, record.static_cells)) return fault;
+  }
   return read_cells(in, grid, code, room, record.dynamic_cells);
 }
 
@@ -290,13 +309,16 @@ struct RecordHead {
   std::uint32_t keypoints = 0;
   std::uint32_t planes = 0;
   bool slipped = false;
+  bool has_intensities = false;
 };
 
 const char* read_head(LittleEndianReader& in, RecordHead& head, KeyframeRecord& record) {
   if (in.get<std::uint32_t>() != kKeyframeMagic) return "not a keyframe";
   if (in.get<std::uint16_t>() != kKeyframeSchema) return "unknown schema version";
   const auto flags = in.get<std::uint16_t>();
-  if ((flags & ~(kOdometryContradicted | kOdometrySlipped)) != 0) return "unknown flags";
+  constexpr std::uint16_t kFlags = kOdometryContradicted | kOdometrySlipped | kHasIntensities;
+  if ((flags & ~kFlags) != 0) return "unknown flags";
+  head.has_intensities = (flags & kHasIntensities) != 0;
   head.slipped = (flags & kOdometrySlipped) != 0;
   record.odometry_contradicted = (flags & kOdometryContradicted) != 0;
   record.session.robot = in.get<std::uint32_t>();
@@ -359,7 +381,7 @@ const char* read_record(LittleEndianReader& in, Room room, KeyframeRecord& recor
   for (std::uint32_t i = 0; i < head.scans; ++i) {
     record.scans[i] = i == record.reference_scan ? reference : get_scan(in);
   }
-  if (const char* fault = read_cell_lists(in, room, record)) return fault;
+  if (const char* fault = read_cell_lists(in, head.has_intensities, room, record)) return fault;
   if (const char* fault = read_images(in, room, record)) return fault;
   if (in.remaining() != 0) return "bytes are left over";
   return record_fault(record);

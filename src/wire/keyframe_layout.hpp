@@ -19,6 +19,10 @@ inline constexpr std::uint16_t kOdometryContradicted = 1;
 /// Flag: the odometry slipped since the keyframe before; by how much follows the edge of a cell.
 inline constexpr std::uint16_t kOdometrySlipped = 2;
 
+/// Flag: the intensities of the static cells follow these.
+inline constexpr std::uint16_t kHasIntensities = 4;
+inline constexpr std::size_t kFlagsAt = 6;
+
 /// Edges of cells that a keyframe may have, metres.
 inline constexpr float kSmallestCellM = 0.01F;
 inline constexpr float kLargestCellM = 10.0F;

@@ -149,6 +149,15 @@ void put_cells(SpanWriter& out, std::span<const CellKey> keys, CellCode& code) n
   out.put_at(bytes_at, static_cast<std::uint32_t>(out.position() - bytes_at - 4));
 }
 
+/// Writes the intensities of sorted cells, if one is known; says whether.
+bool put_intensities(SpanWriter& out, std::span<const CellKey> keys) noexcept {
+  if (std::all_of(keys.begin(), keys.end(), [](CellKey key) { return intensity_of(key) == 0; })) {
+    return false;
+  }
+  for (const CellKey key : keys) out.put(intensity_of(key));
+  return true;
+}
+
 void put_up(SpanWriter& out, const KeyframeUp& up) noexcept {
   for (const float value : {up.variance_x, up.covariance_xy, up.variance_y}) {
     out.put(up.known ? value : 0.0F);
@@ -237,6 +246,11 @@ std::size_t put_images(SpanWriter& out, const WriterInput& input, ImageBytes& by
   return put_image_list(out, input.keyframe.images, input.keyframe, bytes);
 }
 
+std::uint16_t flags_of(const KeyframeContent& keyframe) noexcept {
+  return static_cast<std::uint16_t>((keyframe.odometry_contradicted ? kOdometryContradicted : 0) |
+                                    (is_slip(keyframe.slip) ? kOdometrySlipped : 0));
+}
+
 /// What a base needs first: poses and descriptor. Returns where `left_out` stands, which is known
 /// at the end.
 std::size_t put_summary(SpanWriter& out, const WriterInput& input,
@@ -245,8 +259,7 @@ std::size_t put_summary(SpanWriter& out, const WriterInput& input,
   out.put(kKeyframeMagic);
   out.put(kKeyframeSchema);
   const bool slipped = is_slip(keyframe.slip);
-  out.put(static_cast<std::uint16_t>((keyframe.odometry_contradicted ? kOdometryContradicted : 0) |
-                                     (slipped ? kOdometrySlipped : 0)));
+  out.put(flags_of(keyframe));
   out.put(input.session.robot);
   out.put(input.session.boot.low);
   out.put(input.session.boot.high);
@@ -318,9 +331,15 @@ EncodeResult write_keyframe(const WriterInput& input, const WriterScratch& scrat
     if (i != keyframe.reference_scan) put_scan(out, keyframe.scans[i]);
   }
   const CellGrid grid(keyframe.T_odometry_keyframe, cell_size_mm(keyframe.cell_size_m) / 1000.0);
-  for (const auto cells : {keyframe.static_cells, keyframe.dynamic_cells}) {
-    put_cells(out, sorted_cell_keys(cells, grid, scratch.keys, result.left_out), *scratch.code);
+  const auto put_sorted = [&](std::span<const FineCell> cells) {
+    const auto keys = sorted_cell_keys(cells, grid, scratch.keys, result.left_out);
+    put_cells(out, keys, *scratch.code);
+    return keys;
+  };
+  if (put_intensities(out, put_sorted(keyframe.static_cells))) {
+    out.put_at(kFlagsAt, static_cast<std::uint16_t>(flags_of(keyframe) | kHasIntensities));
   }
+  put_sorted(keyframe.dynamic_cells);
   result.image_bytes = put_images(out, input, *scratch.images);
   out.put_at(left_out_at, result.left_out);
   result.bytes = out.position();

@@ -136,7 +136,11 @@ void add_scans(Input& input) {
     const auto stamp_ns = input.get<std::uint8_t>() % 4 == 0 ? input.get<std::int64_t>()
                                                              : std::int64_t{100000000} * i;
     std::int32_t ready = 0;
-    const um_status status = um_add_scan(pipeline.handle, &points, &pose, stamp_ns, &ready);
+    const std::size_t stride = input.get<std::uint8_t>() % 5;
+    const std::vector<std::uint8_t> intensities((points.count - 1) * stride + 1, 7);
+    const um_status status = um_add_scan_with_intensities(
+        pipeline.handle, &points, stride == 4 ? nullptr : intensities.data(), stride, &pose,
+        stamp_ns, &ready);
     require(status == UM_OK || *um_message(pipeline.handle) != '\0');
     if (ready != 0) check_keyframe(pipeline);
   }

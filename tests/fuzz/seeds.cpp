@@ -63,7 +63,10 @@ void write_all(const std::filesystem::path& folder) {
     fuzz::write_seed(folder / target / std::to_string(number++), data);
   };
   for (std::uint32_t i = 0; i < 8; ++i) {
-    const KeyframeRecord record = wire::wire_test::keyframe_of(kRobot.id, i, 10 * i);
+    KeyframeRecord record = wire::wire_test::keyframe_of(kRobot.id, i, 10 * i);
+    if (i % 2 == 1) {
+      for (FineCell& cell : record.static_cells) cell.intensity = static_cast<std::uint8_t>(i);
+    }
     write("keyframe_codec", wire::encode_keyframe(record));
     write("receiver", receiver_input(i));
   }

@@ -90,6 +90,44 @@ TEST_CASE("a slip takes a flag and 24 bytes behind the edge of a cell, and nothi
   CHECK_THAT(error_of(forged(expected, at, none)), Catch::Contains("slip"));
 }
 
+TEST_CASE("intensities take a flag and a byte for each static cell, and nothing without") {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    KeyframeRecord record = random_record(seed, 500);
+    // Two of the same place, in either order.
+    record.static_cells.push_back(record.static_cells.front());
+    quantise(record);
+    const std::vector<std::uint8_t> without = encode_keyframe(record);
+    std::uint8_t next = 0;
+    for (FineCell& cell : record.static_cells) cell.intensity = next += 77;
+    const std::vector<std::uint8_t> bytes = encode_keyframe(record);
+    CHECK(bytes.size() == without.size() + record.static_cells.size());
+    CHECK(bytes[kSchemaAt + 2] == (without[kSchemaAt + 2] | 4));
+    const DecodedKeyframe decoded = decode_keyframe(bytes);
+    INFO("seed " << seed << ": " << decoded.error);
+    REQUIRE(decoded.record.has_value());
+    CHECK(encode_keyframe(*decoded.record) == bytes);
+    std::reverse(record.static_cells.begin(), record.static_cells.end());
+    CHECK(encode_keyframe(record) == bytes);
+  }
+}
+
+TEST_CASE("intensities that are missing, unknown or out of order are refused") {
+  KeyframeRecord record = small_record();
+  record.images.clear();
+  record.dynamic_cells.clear();
+  record.static_cells.assign(2, {{1.0F, 2.0F, -1.5F}, 1, 0, 0x11});
+  record.static_cells[1].intensity = 0x22;
+  const std::vector<std::uint8_t> bytes = encode_keyframe(record);
+  REQUIRE(error_of(bytes).empty());
+  // Behind them no dynamic cells (8 bytes) and no images (4).
+  const std::size_t at = bytes.size() - 14;
+  REQUIRE(bytes[at] == 0x11);
+  CHECK_THAT(error_of(forged(bytes, at, "2211")), Catch::Contains("sorted"));
+  CHECK_THAT(error_of(forged(bytes, at, "0000")), Catch::Contains("no intensity"));
+  CHECK_THAT(error_of({bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(at) + 1}),
+             Catch::Contains("fewer bytes than intensities"));
+}
+
 namespace {
 
 /// Walls and a floor, the same to the last bit on every processor: no library of linear algebra.
@@ -193,7 +231,8 @@ TEST_CASE("forged fields are refused with the reason") {
   const std::tuple<std::size_t, const char*, const char*> forgeries[] = {
       {0, "58", "not a keyframe"},
       {kSchemaAt, "07", "unknown schema version"},
-      {kSchemaAt + 2, "04", "unknown flags"},
+      {kSchemaAt + 2, "04", "fewer bytes than cells"},
+      {kSchemaAt + 2, "08", "unknown flags"},
       {kSchemaAt + 3, "01", "unknown flags"},
       {kReferenceScanAt, "02", "reference scan"},
       {kPoseAt, "000000000000F87F", "not finite"},

@@ -30,7 +30,7 @@ TEST_CASE("cells are moved within their part of the cell, sorted, and come witho
     CHECK(cell.position.isApprox(expected[i].position, 1e-6F));
     CHECK(cell.points == 0);
     CHECK(cell.ground == expected[i].ground);
-    CHECK(cell.reserved == 0);
+    CHECK(cell.intensity == (i == 0 ? 9 : 0));
   }
   CHECK(record.left_out == 0);
 }

@@ -13,7 +13,7 @@ inline bool same(const Pose& a, const Pose& b) {
 inline bool same(const std::vector<FineCell>& a, const std::vector<FineCell>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
     return x.position == y.position && x.points == y.points && x.ground == y.ground &&
-           x.reserved == y.reserved;
+           x.intensity == y.intensity;
   });
 }
 

@@ -18,7 +18,8 @@ struct FineCell {
   Eigen::Vector3f position;  ///< mean of its points
   std::uint16_t points;      ///< scan points in the cell, saturating; 0: not known at the base
   std::uint8_t ground;       ///< 1 if the cell belongs to the ground
-  std::uint8_t reserved;     ///< 0
+  /// Mean intensity of its points, from 1; 0: not known (`PipelineConfig::intensity`).
+  std::uint8_t intensity;
 };
 
 /// One scan of a keyframe: when and where it was taken.

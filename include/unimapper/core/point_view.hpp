@@ -18,6 +18,9 @@ struct PointView {
   std::size_t offset_x = 0;         ///< bytes from the start of a point to its float32 x
   std::size_t offset_y = 4;         ///< bytes from the start of a point to its float32 y
   std::size_t offset_z = 8;         ///< bytes from the start of a point to its float32 z
+  /// Intensity of each point, one byte; null: not known. Read by `PipelineConfig::intensity` only.
+  const std::uint8_t* intensities = nullptr;
+  std::size_t intensity_stride = 1;  ///< bytes from one intensity to the next
 
   /// A view of `count` points whose x, y, z are three consecutive floats, `stride_bytes` apart.
   static PointView xyz(const void* first, std::size_t count, std::size_t stride_bytes) noexcept {

@@ -361,6 +361,7 @@ struct PipelineConfig {
   /// `Pipeline::places()` take sessions from 1.
   SearchScope search_scope{SearchScope::Sessions::kAll, 50};
   bool deferred = false;
+  bool intensity = false;
   std::uint32_t waiting_scans = 10;
   std::uint32_t budget_us = 0;
   /// Monotonic clock in nanoseconds for the stage times and the budget; null = no times are taken.
@@ -394,6 +395,10 @@ consteval auto parameters_of(const C*) {
                               "about as much in each, with the same results. Takes room for the "
                               "cells of a second keyframe and for `waiting_scans`. false: "
                               "everything at once."),
+      parameter<&C::intensity>("choice",
+                               "Cells carry the mean intensity of their points, where scans come "
+                               "with intensities: one byte for each static cell in messages. Takes "
+                               "seven bytes of memory for each of `voxel.max_cells`."),
       parameter<&C::waiting_scans>("[1, 100]", "", "choice",
                                    "With `deferred`: scans that can wait while a keyframe is being "
                                    "closed, 12 bytes for each of "

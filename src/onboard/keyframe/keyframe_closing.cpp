@@ -90,7 +90,8 @@ void Pipeline::State::decide() noexcept {
     finisher.begin_labels(window, removal.cells(), finished_untold, *current);
     find_up();
   }
-  output.begin(window.blocks(), removal.cells(), current->view.T_odometry_keyframe);
+  output.begin(window.blocks(), removal.cells(), current->view.T_odometry_keyframe,
+               builder.scans().intensities());
 }
 
 void Pipeline::State::record() noexcept {

@@ -26,7 +26,9 @@ void KeyframeOutput::allocate(Arena& arena, const PipelineConfig& config) noexce
 }
 
 void KeyframeOutput::begin(const BlockWindow& window, const CellTable& cells,
-                           const Pose& T_odometry_keyframe) noexcept {
+                           const Pose& T_odometry_keyframe,
+                           const IntensitySum* intensities) noexcept {
+  intensities_ = intensities;
   R_keyframe_grid_ = T_odometry_keyframe.rotation.transpose().cast<float>();
   t_keyframe_grid_ = (T_odometry_keyframe.rotation.transpose() *
                       (cells.grid().origin_m() - T_odometry_keyframe.translation))
@@ -58,8 +60,10 @@ void KeyframeOutput::add_block(std::uint32_t b, const BlockWindow& window, const
   for (std::uint32_t row = block.first; left != 0; ++row, left &= left - 1) {
     const std::uint64_t cell = lowest_bit(left);
     const bool dynamic = (marks.dynamic & cell) != 0;
+    const std::uint8_t intensity =
+        intensities_ == nullptr ? std::uint8_t{0} : intensities_[cells.entry(row)].mean();
     add({r * cells.position(row) + t, saturated(cells.points(row)),
-         static_cast<std::uint8_t>((marks.ground & cell) != 0), 0},
+         static_cast<std::uint8_t>((marks.ground & cell) != 0), intensity},
         dynamic);
     std::uint32_t from = kAboveCell;
     if (dynamic) from = ground_level_in_cell(ground_, voxels, cells, row);

@@ -23,9 +23,10 @@ class KeyframeOutput {
   void allocate(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Begins to convert the table's cells, all of which are labelled. With `deferred`, the cells of
-  /// the keyframe before stay as they are, wherever a view of it points to. O(blocks).
-  void begin(const BlockWindow& window, const CellTable& cells,
-             const Pose& T_odometry_keyframe) noexcept;
+  /// the keyframe before stay as they are, wherever a view of it points to. `intensities`: as of
+  /// `ScanAccumulator`, until the last step. O(blocks).
+  void begin(const BlockWindow& window, const CellTable& cells, const Pose& T_odometry_keyframe,
+             const IntensitySum* intensities) noexcept;
   /// Converts those of the next 4,096 blocks. False once none is left. O(cells).
   bool step(const BlockWindow& window, const CellTable& cells, const CoarseVoxels& voxels) noexcept;
 
@@ -69,6 +70,7 @@ class KeyframeOutput {
   SlicedLoop loop_;
   Eigen::Matrix3f R_keyframe_grid_ = Eigen::Matrix3f::Identity();
   Eigen::Vector3f t_keyframe_grid_ = Eigen::Vector3f::Zero();
+  const IntensitySum* intensities_ = nullptr;
   std::uint32_t capacity_ = 0;
   std::uint32_t static_count_ = 0;
   std::uint32_t dynamic_count_ = 0;

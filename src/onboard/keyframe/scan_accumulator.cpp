@@ -101,6 +101,9 @@ void ScanAccumulator::allocate(Arena& arena, const PipelineConfig& config,
                                 : 0.0F;
   codes_ = arena.allocate<PointCode>(static_cast<std::size_t>(max_points_) * keyframe.scans);
   leaves_.allocate(arena, cells_per_leaf_inverse_ > 0.0F ? max_points_ : 0);
+  if (!config.intensity) return;
+  max_entries_ = CellStore::max_entries(config.voxel);
+  intensities_ = arena.allocate<IntensitySum>(max_entries_);
 }
 
 void ScanAccumulator::allocate_cells(Arena& arena, const PipelineConfig& config) noexcept {
@@ -114,6 +117,7 @@ void ScanAccumulator::begin(const Grid& grid) noexcept {
   cells_.clear();
   constexpr VoxelIndex kBeyondEveryCell{INT32_MAX, 0, 0};
   std::fill_n(recent_, kRecent, Recent{kBeyondEveryCell, BlockWindow::kNone});
+  std::fill_n(intensities_, max_entries_, IntensitySum());
 }
 
 bool ScanAccumulator::has_valid_point(const PointView& points) const noexcept {
@@ -140,6 +144,7 @@ bool ScanAccumulator::add_points(const PointView& points, std::size_t most,
   PointView fitting = points;
   fitting.count = std::min<std::size_t>(points.count, max_points_);
   PointCode* codes = codes_ + static_cast<std::size_t>(scans_) * max_points_;
+  const std::size_t first = added_;
   const std::size_t end = fitting.count - added_ > most ? added_ + most : fitting.count;
   Batch batch;
   for (; added_ < end; added_ += batch.size) {
@@ -152,6 +157,9 @@ bool ScanAccumulator::add_points(const PointView& points, std::size_t most,
     } else {
       insert(batch, codes + added_, window);
     }
+  }
+  if (intensities_ != nullptr && points.intensities != nullptr) {
+    add_intensities(points, first, end, codes);
   }
   if (added_ < fitting.count) return true;
   counts_.points = points.count;
@@ -360,6 +368,14 @@ void ScanAccumulator::insert_thinned(const Batch& batch, PointCode* codes,
     }
     const std::uint32_t entry = leaves_.find_or_insert(leaf);
     if (entry != FixedHashMap<PointCode>::kNotFound) leaves_[entry] = codes[i];
+  }
+}
+
+void ScanAccumulator::add_intensities(const PointView& points, std::size_t first, std::size_t end,
+                                      const PointCode* codes) noexcept {
+  for (std::size_t i = first; i < end; ++i) {
+    if (!has_cell(codes[i])) continue;
+    intensities_[cell_of(codes[i])].add(points.intensities[i * points.intensity_stride]);
   }
 }
 

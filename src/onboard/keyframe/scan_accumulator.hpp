@@ -7,6 +7,7 @@
 #include "cell_store.hpp"
 #include "grid.hpp"
 #include "src/core/fixed_hash_map.hpp"
+#include "src/core/intensity_sum.hpp"
 #include "src/onboard/removal/block_window.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/point_view.hpp"
@@ -75,6 +76,9 @@ class ScanAccumulator {
   [[nodiscard]] std::size_t points_of(std::uint32_t scan) const noexcept {
     return points_of_[scan];
   }
+  /// Mean intensity of the points of a cell, by its entry; null without
+  /// `PipelineConfig::intensity`. Until the next `begin`.
+  [[nodiscard]] const IntensitySum* intensities() const noexcept { return intensities_; }
   /// Most points any scan since `begin` had.
   [[nodiscard]] std::size_t largest_scan() const noexcept;
 
@@ -89,6 +93,9 @@ class ScanAccumulator {
   void locate(Batch& batch) const noexcept;
   void sort_out_invalid(Batch& batch) noexcept;
   void insert(const Batch& batch, PointCode* codes, BlockWindow& window) noexcept;
+  /// Adds the intensities of points from `first` to `end`, which were added to their cells.
+  void add_intensities(const PointView& points, std::size_t first, std::size_t end,
+                       const PointCode* codes) noexcept;
   void insert_thinned(const Batch& batch, PointCode* codes, BlockWindow& window) noexcept;
   /// Entry of the cell of point `i`, or `CellStore::kNone` if it finds no room.
   std::uint32_t entry_for(const Batch& batch, std::size_t i, BlockWindow& window) noexcept;
@@ -114,6 +121,8 @@ class ScanAccumulator {
   Eigen::Vector3f sensor_in_cells_ = Eigen::Vector3f::Zero();
   PointCode* codes_ = nullptr;
   CellStore cells_;
+  std::size_t max_entries_ = 0;          ///< of `intensities_`
+  IntensitySum* intensities_ = nullptr;  ///< by entry, or null
 
   /// Recent blocks: scans return to the same ones again and again.
   static constexpr std::uint32_t kRecentBits = 11;

@@ -14,7 +14,15 @@ void ScanQueue::push(const PointView& points, const ScanOrigin& origin, bool res
     xyz[3 * i + 1] = p.y();
     xyz[3 * i + 2] = p.z();
   }
-  scans_[at] = {PointView::xyz(xyz, points.count, 3 * sizeof(float)), origin, restarted, false};
+  PointView copy = PointView::xyz(xyz, points.count, 3 * sizeof(float));
+  if (intensities_ != nullptr && points.intensities != nullptr) {
+    std::uint8_t* const bytes = intensities_ + std::size_t{max_points_} * at;
+    for (std::size_t i = 0; i < count; ++i) {
+      bytes[i] = points.intensities[i * points.intensity_stride];
+    }
+    copy.intensities = bytes;
+  }
+  scans_[at] = {copy, origin, restarted, false};
 }
 
 }  // namespace unimapper::onboard

@@ -20,11 +20,14 @@ class ScanQueue {
     bool closes;     ///< the keyframe closes after this scan
   };
 
-  void allocate(Arena& arena, std::uint32_t scans, std::uint32_t max_points) noexcept {
+  void allocate(Arena& arena, std::uint32_t scans, std::uint32_t max_points,
+                bool with_intensities) noexcept {
     capacity_ = scans;
     max_points_ = max_points;
     scans_ = arena.allocate<Scan>(scans);
     xyz_ = arena.allocate<float>(std::size_t{3} * max_points * scans);
+    if (!with_intensities) return;
+    intensities_ = arena.allocate<std::uint8_t>(std::size_t{max_points} * scans);
   }
 
   [[nodiscard]] bool is_empty() const noexcept { return size_ == 0; }
@@ -51,7 +54,8 @@ class ScanQueue {
   std::uint32_t first_ = 0;
   std::uint32_t size_ = 0;
   Scan* scans_ = nullptr;
-  float* xyz_ = nullptr;  ///< `max_points_` for each
+  float* xyz_ = nullptr;                 ///< `max_points_` for each
+  std::uint8_t* intensities_ = nullptr;  ///< `max_points_` for each, or null
 };
 
 }  // namespace unimapper::onboard

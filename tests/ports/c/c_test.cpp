@@ -261,6 +261,26 @@ TEST_CASE("there is a keyframe only right after the call that closed it") {
   CHECK(um_keyframe_get(pipeline, &keyframe) == UM_NO_KEYFRAME);
 }
 
+TEST_CASE("C takes intensities, which cells carry if they are asked for") {
+  const bool is_asked = GENERATE(false, true);
+  um_config config = small_c_config();
+  if (is_asked) REQUIRE(um_config_set(&config, "intensity", "true", nullptr) == UM_OK);
+  const CPipeline pipeline(config);
+  for (int i = 0; i < 10; ++i) {
+    const um_points points = points_of(walker_scan(i));
+    const um_pose pose = pose_of(driving(i));
+    const std::vector<std::uint8_t> intensities(2 * points.count, 77);
+    REQUIRE(um_add_scan_with_intensities(pipeline, &points, intensities.data(), 2, &pose,
+                                         stamp_of(i), nullptr) == UM_OK);
+    CHECK(um_add_scan_with_intensities(pipeline, &points, intensities.data(), SIZE_MAX / 2, &pose,
+                                       stamp_of(i), nullptr) == UM_INVALID_POINTS);
+  }
+  const um_keyframe keyframe = pipeline.keyframe();
+  REQUIRE(keyframe.static_cell_count > 0);
+  CHECK(std::all_of(keyframe.static_cells, keyframe.static_cells + keyframe.static_cell_count,
+                    [&](const um_cell& cell) { return cell.intensity == (is_asked ? 77 : 0); }));
+}
+
 TEST_CASE("null pointers and things that are no pipeline are refused") {
   um_event no_event;
   CHECK(um_event_pop(nullptr, &no_event) == UM_INVALID_HANDLE);
