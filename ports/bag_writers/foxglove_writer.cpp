@@ -60,7 +60,8 @@ void FoxgloveWriter::write(std::string_view topic, std::uint16_t schema, std::st
 
 void FoxgloveWriter::write_cloud(std::string_view topic, std::string_view frame,
                                  std::int64_t stamp_ns, std::span<const Eigen::Vector3f> points,
-                                 std::optional<Rgba> color) {
+                                 std::optional<Rgba> color,
+                                 std::span<const std::uint8_t> intensities) {
   constexpr MessageType kType = MessageType::kPointCloud2;
   if (cloud_schema_ == 0) {
     cloud_schema_ = writer_.add_schema(ros2_name(kType), "ros2msg", ros2_definition(kType));
@@ -68,15 +69,23 @@ void FoxgloveWriter::write_cloud(std::string_view topic, std::string_view frame,
   std::vector<PointField> fields = {{"x", 0, PointField::kFloat32},
                                     {"y", 4, PointField::kFloat32},
                                     {"z", 8, PointField::kFloat32}};
-  if (color) fields.push_back({"rgba", 12, PointField::kUint32});
-  const auto point_bytes = static_cast<std::uint32_t>(4 * fields.size());
+  std::uint32_t point_bytes = 12;
+  const auto add = [&](const char* name, PointField::Type type, std::uint32_t bytes) {
+    fields.push_back({name, point_bytes, type});
+    point_bytes += bytes;
+  };
+  if (color) add("rgba", PointField::kUint32, 4);
+  const bool has_intensities = !points.empty() && intensities.size() == points.size();
+  if (has_intensities) add("intensity", PointField::kUint8, 1);
   ByteBuffer data;
-  for (const Eigen::Vector3f& point : points) {
-    for (const float coordinate : point) data.put(coordinate);
-    if (!color) continue;
-    for (const std::uint8_t value : {color->blue, color->green, color->red, color->alpha}) {
-      data.put(value);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (const float coordinate : points[i]) data.put(coordinate);
+    if (color) {
+      for (const std::uint8_t value : {color->blue, color->green, color->red, color->alpha}) {
+        data.put(value);
+      }
     }
+    if (has_intensities) data.put(intensities[i]);
   }
   const PackedCloud cloud{{stamp_ns, std::string(frame)}, fields, point_bytes, data.view()};
   write(topic, cloud_schema_, "cdr", stamp_ns, encode(Encoding::kCdr, cloud));

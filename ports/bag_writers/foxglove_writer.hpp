@@ -30,9 +30,11 @@ class FoxgloveWriter {
  public:
   explicit FoxgloveWriter(const std::filesystem::path& file);
 
-  /// 12 bytes a point, 16 of a colour; without one, viewers colour by height.
+  /// 12 bytes a point, and four of a colour, one of an intensity (`intensities`: of each, or none).
+  /// Without either, viewers colour by height.
   void write_cloud(std::string_view topic, std::string_view frame, std::int64_t stamp_ns,
-                   std::span<const Eigen::Vector3f> points, std::optional<Rgba> color);
+                   std::span<const Eigen::Vector3f> points, std::optional<Rgba> color,
+                   std::span<const std::uint8_t> intensities = {});
   /// Poses T_frame_x, shown together.
   void write_poses(std::string_view topic, std::string_view frame, std::int64_t stamp_ns,
                    std::span<const Pose> poses);

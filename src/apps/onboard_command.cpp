@@ -91,6 +91,9 @@ void add_processing_options(CLI::App& command, OnboardOptions& options) {
       "--deferred", options.deferred,
       "Close keyframes, describe, search and relabel in slices, in the calls that follow, as on a "
       "robot: the same results, later, and no long call");
+  command.add_flag("--intensity", options.intensity,
+                   "Keyframes carry intensities, where the recording has them, even if they are "
+                   "sent (--publish, --spool): a byte for each cell. Always on disk");
   command.add_option("--against", options.against,
                      "Search the places of an earlier run too; may be given more than once");
   command.add_flag("--all-candidates", options.all_candidates,

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "ports/datasets/ply.hpp"
 #include "tests/apps/onboard_run.hpp"
 
 using namespace unimapper;
@@ -205,6 +206,29 @@ TEST_CASE("a run may be searched for the places of an earlier one") {
   check_refused(against(fixture.directory / "nowhere"), "keyframes.lcmlog");
   write_text(fixture.run / "keyframes.lcmlog", "garbage");
   check_refused(against(fixture.run), "holds no keyframe");
+}
+
+TEST_CASE("intensities of a recording reach the map, and what is sent if they are asked for") {
+  const OnboardRun fixture{SmallRecording()};
+  const std::string spool = fixture.directory / "spool";
+  const auto bytes = [&](const Words& words) -> std::size_t {
+    (void)fixture.done(words);
+    return fixture.stats()["message_bytes_per_keyframe"]["all"];
+  };
+  const std::size_t without = bytes({"--spool", spool});
+  const std::size_t with = bytes({"--spool", spool, "--intensity"});
+  CHECK(with > without + 1000);
+  CHECK(bytes({}) == with);
+  const fs::path map = fixture.directory / "map";
+  (void)run_well({"merge", fixture.run, "--out", map});
+  datasets::Scan points;
+  datasets::parse_ply(datasets::read_file(map / "map.ply"), "map.ply", points);
+  // The ground has 0.1 of 255, walls have 0.5.
+  for (const auto& [height, intensity] : {std::pair{-2.0F, 26.0F}, {0.0F, 128.0F}}) {
+    CHECK(std::any_of(points.points.begin(), points.points.end(), [&](const auto& point) {
+      return std::abs(point.z - height) < 0.2F && point.intensity == intensity;
+    }));
+  }
 }
 
 TEST_CASE("a spool keeps the keyframes of every run, and a publishing one tries to deliver them",

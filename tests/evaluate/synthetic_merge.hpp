@@ -76,7 +76,7 @@ inline void add_town(Merge& merge, float step_m) {
   const auto add = [&](float x, float y, float z) {
     const auto session = x < 30 ? 0U : x > 140 ? 2U : 1U;
     const auto seen = x > 25 && x < 135 ? 2U : 1U;
-    merge.result.map.push_back({{x, y, z}, session, seen & 0x7FFFFFFFU});
+    merge.result.map.push_back({{x, y, z}, session, seen & 0x7FFFFFU});
   };
   for (float x = -20; x < 215; x += step_m) {
     for (const float street : {0.0F, 70.0F}) {

@@ -24,7 +24,7 @@ T number_at(const std::string& bytes, std::size_t at) {
 }
 
 MapPoint point(float x, float y, float z, std::uint32_t session, bool is_ground) {
-  return {{x, y, z}, session, 2, is_ground ? 1U : 0U};
+  return {{x, y, z}, session, 2, is_ground ? 1U : 0U, static_cast<std::uint8_t>(session)};
 }
 
 }  // namespace
@@ -53,6 +53,7 @@ TEST_CASE("A LAS file has points in whole millimetres and their bounding box", "
   CHECK(number_at<std::uint8_t>(las, first + 16) == 2);
   CHECK(number_at<std::uint8_t>(las, first + 17) == 2);
   CHECK(number_at<std::uint16_t>(las, first + 20) == 1);
+  CHECK(number_at<std::uint16_t>(las, first + 30 + 12) == 6 * 257);
   CHECK(number_at<std::int32_t>(las, first + 30) == -7500);
   CHECK(number_at<std::uint8_t>(las, first + 30 + 16) == 1);
   CHECK(number_at<std::uint16_t>(las, first + 30 + 20) == 7);

@@ -3,6 +3,7 @@
 #include "src/merge/labels/voxel_blocks.hpp"
 #include "src/merge/map/map_regions.hpp"
 #include "src/merge/map/session_voxels.hpp"
+#include "src/merge/map/unified_map.hpp"
 #include "tests/merge/random.hpp"
 #include "tests/random.hpp"
 #include "tests/temporary_directory.hpp"
@@ -172,7 +173,9 @@ void drive(SessionVoxels& voxels, std::int32_t tiles) {
       const VoxelIndex voxel{x + static_cast<std::int32_t>(8.0 * random.uniform()) - 100,
                              static_cast<std::int32_t>(40.0 * random.uniform()) - 20, i % 5};
       const auto within = static_cast<float>(0.2 * random.uniform());
-      voxels.add(voxel, Eigen::Vector3f::Constant(within), i % 5 == 0);
+      voxels.add(voxel, Eigen::Vector3f::Constant(within),
+                 {Eigen::Vector3f::Zero(), 1, static_cast<std::uint8_t>(i % 5 == 0),
+                  static_cast<std::uint8_t>(random.below(256))});
     }
   }
   voxels.finish();
@@ -189,7 +192,8 @@ Seen all(const SessionVoxels& voxels) {
 bool are_same(const Seen& a, const Seen& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& p, const auto& q) {
     return p.first == q.first && p.second.sum == q.second.sum && p.second.cells == q.second.cells &&
-           p.second.ground == q.second.ground;
+           p.second.ground == q.second.ground &&
+           p.second.intensity.mean() == q.second.intensity.mean();
   });
 }
 
@@ -212,6 +216,21 @@ TEST_CASE("Voxels in a file are to the bit those that were in memory, however fe
     CHECK(are_same(all(there), expected));
     CHECK(there.sizes() == here.sizes());
   }
+}
+
+TEST_CASE("A point of the map has the mean intensity of the cells that have one", "[voxels]") {
+  const auto session_of = [](std::initializer_list<std::uint8_t> intensities) {
+    SessionVoxels voxels(0.2F);
+    for (const std::uint8_t intensity : intensities) {
+      voxels.add({1, 2, 3}, Eigen::Vector3f::Zero(), {Eigen::Vector3f::Zero(), 1, 0, intensity});
+    }
+    return voxels;
+  };
+  const SessionVoxels first = session_of({10, 0, 20});
+  const SessionVoxels second = session_of({60});
+  const SessionVoxels third = session_of({0});
+  CHECK((*unite({&first, &second, &third}).begin()).intensity == 30);
+  CHECK((*unite({&third}).begin()).intensity == 0);
 }
 
 TEST_CASE("A tile has its own voxels, and every voxel is in one", "[voxels]") {

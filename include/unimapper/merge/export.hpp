@@ -69,8 +69,11 @@ std::optional<NavigationGrid> export_map(const std::filesystem::path& folder,
                                          const MergeResult& result,
                                          const ExportOptions& options = {});
 
-/// The static cells of a session alone as a LAS file, their mean in each 0.2 m; `placed` is in its
-/// odometry frame. Throws std::runtime_error.
+/// The static cells of a session alone, their mean in each 0.2 m; `placed` is in its odometry
+/// frame, of which the points lie `origin` off. O(cells).
+[[nodiscard]] ExternalVector<MapPoint> session_map(const SessionData& session, MergedSession placed,
+                                                   const Eigen::Vector3d& origin);
+/// Those as a LAS file. Throws std::runtime_error.
 void write_session_las(const std::filesystem::path& path, const SessionData& session,
                        MergedSession placed);
 

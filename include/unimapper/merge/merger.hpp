@@ -53,9 +53,10 @@ struct MergedSession {
 struct MapPoint {
   Eigen::Vector3f position;   ///< map frame, metres
   std::uint32_t session = 0;  ///< index of the first session that saw it
-  /// How many sessions saw it. With the bit behind it, since maps are files of these.
-  std::uint32_t sessions_seen : 31 = 0;
+  /// How many sessions saw it. With the bits behind it, since maps are files of these.
+  std::uint32_t sessions_seen : 23 = 0;
   std::uint32_t is_ground : 1 = 0;  ///< most of its cells are ground
+  std::uint32_t intensity : 8 = 0;  ///< mean of its cells, from 1; 0: not known
 };
 
 /// A point of one session where another session observed free space.
@@ -115,7 +116,7 @@ struct MergeResult {
 /// place the map in their frame, but for an origin near them (`Georeference`); also throws
 /// std::invalid_argument for sessions and keyframes in them that do not exist. What `outcomes` know
 /// is not verified again; the result is the same. `scratch`: a folder that exists, for a temporary
-/// file with the voxels of the sessions (28 bytes each) and the points of the map, which are in
+/// file with the voxels of the sessions (32 bytes each) and the points of the map, which are in
 /// memory otherwise; it lives as long as the result. Throws std::runtime_error where it cannot be
 /// written.
 [[nodiscard]] MergeResult merge_sessions(

@@ -30,8 +30,9 @@ struct OnboardOptions {
   std::string share;                              ///< name in shared memory, empty: not shared
   std::string share_doorbell;  ///< LCM URL that `share` is announced on; empty: not
   bool realtime = false;
-  bool deferred = false;  ///< as `PipelineConfig::deferred`
-  bool force = false;     ///< map what looks surely wrong
+  bool intensity = false;  ///< of cells also where keyframes are sent
+  bool deferred = false;   ///< as `PipelineConfig::deferred`
+  bool force = false;      ///< map what looks surely wrong
   std::vector<std::filesystem::path> against;
   bool all_candidates = false;
   bool replaces = false;      ///< overwrite an earlier run

@@ -56,6 +56,10 @@ void Replay::feed(std::size_t index) {
   dataset_.read_scan(index, scan_);
   points_.push_back(scan_.points.size());
   PointView points = scan_.view();
+  if (pipeline_.config().intensity) {
+    const auto intensities = intensity_.bytes(scan_);
+    if (!intensities.empty()) points.intensities = intensities.data();
+  }
   if (repeats_.add(scan_.fingerprint, dataset_.pose(index))) {
     repeated_.push_back(index);
     points.count = 0;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
+#include "ports/datasets/intensity.hpp"
 #include "ports/keys/signature.hpp"
 #include "ports/lcm/encoding_thread.hpp"
 #include "ports/lcm/session_log.hpp"
@@ -93,6 +94,7 @@ class Replay {
   ReplayOptions options_;
   ReplayOutputs outputs_;
   datasets::Scan scan_;
+  datasets::IntensityScale intensity_;
   input::RepeatedScans repeats_;
   std::vector<std::size_t> repeated_;
   std::vector<std::size_t> points_;  // of every scan fed so far, from the first on

@@ -205,10 +205,12 @@ PipelineConfig make_config(const OnboardOptions& options, const SensorModel& sen
         std::max(points, static_cast<std::uint32_t>(std::min<std::size_t>(wanted, 2 * points)));
   }
   config.deferred = options.deferred;
+  config.intensity = options.intensity || (options.publish.empty() && options.spool.empty());
   config.clock_ns = &steady_clock_ns;  // before the file is read: a budget in it needs a clock
   if (!options.config.empty()) {
     parse_config(datasets::read_file(options.config), options.config.string(), config);
   }
+  config.intensity = config.intensity || options.intensity;
   return config;
 }
 

@@ -7,7 +7,6 @@
 #include <unordered_set>
 
 #include "ports/lcm/received_log.hpp"
-#include "src/apps/session_clouds.hpp"
 #include "src/core/voxel_key.hpp"
 #include "src/merge/export/loops_csv.hpp"
 
@@ -94,6 +93,18 @@ std::vector<Eigen::Vector3f> in_memory(const merge::ExternalVector<Eigen::Vector
   return {points.begin(), points.end()};
 }
 
+SceneCloud static_cloud(const merge::ExternalVector<merge::MapPoint>& points) {
+  SceneCloud cloud{"/static", {}, {}};
+  bool has_intensity = false;
+  for (const merge::MapPoint& point : points) {
+    cloud.points.push_back(point.position);
+    cloud.intensities.push_back(static_cast<std::uint8_t>(point.intensity));
+    has_intensity = has_intensity || point.intensity != 0;
+  }
+  if (!has_intensity) cloud.intensities.clear();
+  return cloud;
+}
+
 }  // namespace
 
 ResultScene scene_of_run(const std::filesystem::path& run) {
@@ -101,7 +112,8 @@ ResultScene scene_of_run(const std::filesystem::path& run) {
   const merge::MergedSession merged = alone(session);
   ResultScene scene;
   scene.frame = "odometry";
-  scene.clouds.push_back({"/static", in_memory(session_cloud(session, merged)), {}});
+  scene.clouds.push_back(
+      static_cloud(merge::session_map(session, merged, Eigen::Vector3d::Zero())));
   scene.clouds.push_back({"/removed", removed_points(session), kRemovedColor});
   scene.tracks.push_back({session.info.name, merge::session_trajectory(session, merged)});
   add_loops_of_run(run / "loops.csv", session, scene);
@@ -117,14 +129,12 @@ ResultScene scene_of_merge(const std::vector<SessionData>& sessions,
                            const merge::MergeResult& result) {
   ResultScene scene;
   scene.frame = "map";
-  SceneCloud map{"/static", {}, {}};
-  for (const merge::MapPoint& point : result.map) map.points.push_back(point.position);
   SceneCloud appeared{"/appeared", {}, kAppearedColor};
   SceneCloud gone{"/gone", {}, kGoneColor};
   for (const merge::ChangedPoint& point : result.changes) {
     (point.appeared ? appeared : gone).points.push_back(point.position);
   }
-  scene.clouds = {std::move(map),
+  scene.clouds = {static_cloud(result.map),
                   {"/removed", in_memory(result.dynamic_points), kRemovedColor},
                   std::move(appeared),
                   std::move(gone)};
@@ -153,7 +163,8 @@ void write_scene(const std::filesystem::path& file, const ResultScene& scene) {
   bags::FoxgloveWriter writer(file);
   const std::int64_t start_ns = first_stamp_ns(scene);
   for (const SceneCloud& cloud : scene.clouds) {
-    writer.write_cloud(cloud.topic, scene.frame, start_ns, cloud.points, cloud.color);
+    writer.write_cloud(cloud.topic, scene.frame, start_ns, cloud.points, cloud.color,
+                       cloud.intensities);
   }
   writer.write_lines("/loops", scene.frame, start_ns, "loops", scene.loops, kLoopColor);
   for (const SceneTrack& track : scene.tracks) {

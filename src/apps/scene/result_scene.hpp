@@ -19,6 +19,7 @@ struct SceneCloud {
   std::string topic;
   std::vector<Eigen::Vector3f> points;
   std::optional<bags::Rgba> color;
+  std::vector<std::uint8_t> intensities{};  ///< of each point; empty where none is known
 };
 
 /// The sensor's way in one session.

@@ -1,4 +1,5 @@
 // Point clouds of a merged map as PLY files.
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -79,12 +80,16 @@ class PlyWriter {
 }  // namespace
 
 void write_map_points(const std::filesystem::path& path, const ExternalVector<MapPoint>& points) {
+  const bool has_intensity = std::any_of(
+      points.begin(), points.end(), [](const MapPoint& point) { return point.intensity != 0; });
   PlyWriter ply(path, points.size(),
-                kColour + "property ushort session\nproperty ushort sessions_seen\n");
+                kColour + "property ushort session\nproperty ushort sessions_seen\n" +
+                    (has_intensity ? "property uchar intensity\n" : ""));
   for (const MapPoint& point : points) {
     ply.put(point.position, session_colour(point.session));
     ply.put(in_16_bits(point.session));
     ply.put(in_16_bits(point.sessions_seen));
+    if (has_intensity) ply.put(static_cast<std::uint8_t>(point.intensity));
   }
   ply.close();
 }

@@ -143,7 +143,7 @@ std::array<std::int32_t, 3> scaled(const std::filesystem::path& path, const MapP
 void put_point(Bytes& bytes, const std::array<std::int32_t, 3>& position, const MapPoint& point) {
   constexpr std::uint8_t kOnlyReturn = 0x11;  // first of one
   for (const std::int32_t axis : position) bytes.put(axis);
-  bytes.put(std::uint16_t{0});  // intensity: keyframes do not carry it
+  bytes.put(static_cast<std::uint16_t>(point.intensity * 257U));  // 255 becomes 65535
   bytes.put(kOnlyReturn);
   bytes.put(std::uint8_t{0});
   bytes.put(point.is_ground ? kGround : kUnclassified);
@@ -196,13 +196,18 @@ void write_las(const std::filesystem::path& path, const ExternalVector<MapPoint>
   file.close();
 }
 
+ExternalVector<MapPoint> session_map(const SessionData& session, MergedSession placed,
+                                     const Eigen::Vector3d& origin) {
+  for (Pose& pose : placed.T_map_keyframe) pose.translation -= origin;
+  placed.refined.resize(session.keyframes.size());
+  const LabelledVoxels voxels = voxelise(session, placed, 0.2F, 1, nullptr);
+  return unite({&voxels.fixed}, nullptr);
+}
+
 void write_session_las(const std::filesystem::path& path, const SessionData& session,
                        MergedSession placed) {
   const LasFrame frame{odometry_origin(session), {}, last_stamp_ns({&session, 1})};
-  for (Pose& pose : placed.T_map_keyframe) pose.translation -= frame.offset;
-  placed.refined.resize(session.keyframes.size());
-  const LabelledVoxels voxels = voxelise(session, placed, 0.2F, 1, nullptr);
-  write_las(path, unite({&voxels.fixed}, nullptr), frame);
+  write_las(path, session_map(session, std::move(placed), frame.offset), frame);
 }
 
 }  // namespace unimapper::merge

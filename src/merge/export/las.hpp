@@ -26,7 +26,8 @@ struct LasFrame {
                                          const MergeResult& result);
 
 /// LAS 1.4 with point format 6, coordinates in millimetres: class 2 for ground, else 1; the point
-/// source is the session's index plus 1, the user data how many sessions saw it (255: or more).
+/// source is the session's index plus 1, the user data how many sessions saw it (255: or more), the
+/// intensity 257 times that of the point.
 /// O(points); one block is in memory. Throws std::runtime_error for a full disk, for points that
 /// are not finite or farther than 2147 km from the offset, and for more than 65535 sessions.
 void write_las(const std::filesystem::path& path, const ExternalVector<MapPoint>& points,

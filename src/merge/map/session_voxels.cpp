@@ -14,7 +14,7 @@ SessionVoxels::SessionVoxels(float size_m, std::shared_ptr<ScratchFile> file,
     : size_m_(size_m), file_(std::move(file)), most_in_memory_(most_in_memory) {}
 
 void SessionVoxels::add(const VoxelIndex& voxel, const Eigen::Vector3f& from_corner,
-                        bool is_ground) {
+                        const FineCell& cell) {
   Tile& tile = loaded(tile_of(voxel));
   const std::uint32_t number = tile.table.find_or_insert(pack(voxel));
   if (number == tile.voxels.size()) {
@@ -25,7 +25,8 @@ void SessionVoxels::add(const VoxelIndex& voxel, const Eigen::Vector3f& from_cor
   Voxel& sum = tile.voxels[number];
   sum.sum += from_corner;
   ++sum.cells;
-  sum.ground += is_ground ? 1 : 0;
+  sum.ground += cell.ground != 0 ? 1 : 0;
+  if (cell.intensity != 0) sum.intensity.add(cell.intensity);
 }
 
 void SessionVoxels::finish() {
@@ -78,7 +79,7 @@ SessionVoxels::Tile& SessionVoxels::loaded(const MapTile& tile) {
 }
 
 void SessionVoxels::move_to_file(Tile& tile) {
-  static_assert(sizeof(Voxel) == sizeof(float) * 3 + sizeof(std::uint32_t) * 2, "no gaps");
+  static_assert(sizeof(Voxel) == sizeof(float) * 3 + sizeof(std::uint32_t) * 3, "no gaps");
   if (tile.voxels.empty()) return;
   tile.in_file = tile.voxels.size();
   tile.keys_at = file_->append(tile.table.keys().data(), tile.in_file * sizeof(VoxelKey));

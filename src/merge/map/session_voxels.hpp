@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "map_tile.hpp"
+#include "src/core/intensity_sum.hpp"
 #include "src/core/voxel_key.hpp"
 #include "src/merge/voxel_table.hpp"
+#include "unimapper/core/keyframe.hpp"
 #include "unimapper/merge/external_vector.hpp"
 
 namespace unimapper::merge {
@@ -30,22 +32,23 @@ class SessionVoxels {
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();  ///< of positions relative to the voxel's corner
     std::uint32_t cells = 0;
     std::uint32_t ground = 0;
+    IntensitySum intensity;  ///< of the cells that have one
 
     [[nodiscard]] Eigen::Vector3f position(VoxelKey key, float size_m) const;
     /// Most of its cells are ground.
     [[nodiscard]] bool is_ground() const { return 2 * ground > cells; }
   };
 
-  /// Voxels of all tiles in memory, beyond which those used least recently go to the file: 60 to 90
-  /// MB of them.
+  /// Voxels of all tiles in memory, beyond which those used least recently go to the file: 70 to
+  /// 100 MB of them.
   static constexpr std::size_t kMostInMemory = std::size_t{1} << 21U;
 
   /// `file`: null keeps everything in memory.
   explicit SessionVoxels(float size_m = 0.0F, std::shared_ptr<ScratchFile> file = nullptr,
                          std::size_t most_in_memory = kMostInMemory);
 
-  /// Adds a position, metres relative to the corner of the voxel that it is in.
-  void add(const VoxelIndex& voxel, const Eigen::Vector3f& from_corner, bool is_ground);
+  /// Adds a cell; `from_corner`: metres relative to the corner of the voxel that it is in.
+  void add(const VoxelIndex& voxel, const Eigen::Vector3f& from_corner, const FineCell& cell);
   /// Nothing is added from then on: gives back the memory that adding takes, with a file all of it.
   void finish();
 

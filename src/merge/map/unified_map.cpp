@@ -2,6 +2,7 @@
 #include "unified_map.hpp"
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <set>
 
@@ -23,7 +24,7 @@ void add(const FineCell& cell, const Pose& T_map_keyframe, SessionVoxels& to) {
   // Relative to the corner, so that float does not lose millimetres kilometres away.
   to.add({static_cast<std::int32_t>(floor.x()), static_cast<std::int32_t>(floor.y()),
           static_cast<std::int32_t>(floor.z())},
-         ((scaled - floor) * size_m).matrix().cast<float>(), cell.ground != 0);
+         ((scaled - floor) * size_m).matrix().cast<float>(), cell);
 }
 
 /// Appends the points of one tile, united over the sessions.
@@ -33,7 +34,8 @@ void unite_tile(const std::vector<const SessionVoxels*>& sessions, const MapTile
   std::vector<MapPoint> points;
   std::vector<std::uint32_t> cells;
   std::vector<std::uint32_t> ground;
-  float size_m = 0.0F;  // all sessions have the same
+  std::vector<std::array<std::uint32_t, 2>> intensities;  // sum and count
+  float size_m = 0.0F;                                    // all sessions have the same
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     if (sessions[s] == nullptr) continue;
     size_m = sessions[s]->voxel_size_m();
@@ -43,11 +45,14 @@ void unite_tile(const std::vector<const SessionVoxels*>& sessions, const MapTile
         points.push_back({Eigen::Vector3f::Zero(), static_cast<std::uint32_t>(s), 0});
         cells.push_back(0);
         ground.push_back(0);
+        intensities.push_back({0, 0});
       }
       // The sum of positions, until all are added.
       points[number].position += voxel.sum;
       cells[number] += voxel.cells;
       ground[number] += voxel.ground;
+      intensities[number][0] += voxel.intensity.sum();
+      intensities[number][1] += voxel.intensity.count();
       ++points[number].sessions_seen;
     });
   }
@@ -55,6 +60,7 @@ void unite_tile(const std::vector<const SessionVoxels*>& sessions, const MapTile
     const Eigen::Vector3f mean = points[i].position / static_cast<float>(cells[i]);
     points[i].position = voxel_corner(table.key(i), size_m) + mean;
     points[i].is_ground = 2 * ground[i] > cells[i] ? 1U : 0U;
+    points[i].intensity = IntensitySum::mean(intensities[i][0], intensities[i][1]);
     map.push_back(points[i]);
   }
 }

@@ -36,7 +36,7 @@ function check_cloud(topic, cloud) {
   require_true(cloud.header.frame_id === 'odometry', `${topic}: frame ${cloud.header.frame_id}`);
   require_true(cloud.data.length === cloud.width * cloud.point_step, `${topic}: bytes of points`);
   const names = cloud.fields.map((field) => field.name).join(' ');
-  require_true(names === (topic === '/static' ? 'x y z' : 'x y z rgba'), `${topic}: ${names}`);
+  require_true(names === (topic === '/static' ? 'x y z intensity' : 'x y z rgba'), `${topic}: ${names}`);
   if (topic !== '/static') return;
   require_true(cloud.width > 100, `${cloud.width} static points`);
   require_true(cloud.point_step <= 13, `${cloud.point_step} bytes a point`);
