@@ -39,10 +39,12 @@ py::array_t<float> cell_positions(const py::object& self) {
   return vectors(self.cast<const Keyframe&>().*Cells, &FineCell::position, self);
 }
 
-py::array_t<std::uint8_t> ground_flags(const py::object& self) {
+/// One byte of every static cell.
+template <auto Member>
+py::array_t<std::uint8_t> cell_bytes(const py::object& self) {
   const auto& cells = self.cast<const Keyframe&>().static_cells;
   return view_of<std::uint8_t>({static_cast<py::ssize_t>(cells.size())}, {sizeof(FineCell)},
-                               cells.empty() ? nullptr : &cells.front().ground, self);
+                               cells.empty() ? nullptr : &(cells.front().*Member), self);
 }
 
 /// One number of every scan.
@@ -146,8 +148,10 @@ void bind_keyframe(py::module_& module) {
                              "(N, 3) float32; a view of this keyframe.")
       .def_property_readonly("dynamic_cells", &cell_positions<&Keyframe::dynamic_cells>,
                              "(N, 3) float32; a view of this keyframe.")
-      .def_property_readonly("ground", &ground_flags,
+      .def_property_readonly("ground", &cell_bytes<&FineCell::ground>,
                              "1 for static cells of the ground: (N,) uint8; a view.")
+      .def_property_readonly("intensities", &cell_bytes<&FineCell::intensity>,
+                             "Of static cells, from 1; 0: not known: (N,) uint8; a view.")
       .def_readonly("place", &Keyframe::place, "Its description; empty until it is finished.")
       .def_readonly("loops", &Keyframe::loops, "Earlier keyframes that look alike, best first.")
       .def_property_readonly("statistics", &keyframe_counts,

@@ -83,6 +83,10 @@ py::array_t<std::uint32_t> sessions_seen(const MergedMap& map) {
   return map_numbers(map, [](const merge::MapPoint& point) { return point.sessions_seen; });
 }
 
+py::array_t<std::uint32_t> intensities(const MergedMap& map) {
+  return map_numbers(map, [](const merge::MapPoint& point) { return point.intensity; });
+}
+
 py::array_t<float> dynamic_points(const MergedMap& map) {
   std::vector<Eigen::Vector3f> points;
   for (const Eigen::Vector3f& point : map.result.dynamic_points) points.push_back(point);
@@ -153,6 +157,8 @@ void bind_map(py::module_& module) {
       .def("point_sessions", &point_sessions,
            "Index of the first session that saw each point: (N,) uint32.")
       .def("sessions_seen", &sessions_seen, "How many sessions saw each point: (N,) uint32.")
+      .def("intensities", &intensities,
+           "Mean intensity of each point, from 1; 0: not known: (N,) uint32.")
       .def("dynamic_points", &dynamic_points, "Removed points: (N, 3) float32.")
       .def("sessions", &sessions_list,
            "Dicts by session: name, status (central, merged, provisional or unconnected), reason,\n"

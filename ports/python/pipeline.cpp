@@ -156,8 +156,16 @@ std::span<std::uint8_t> writable_labels(const py::object& object, const char* na
 }
 
 ScanResult add_scan(LockedPipeline& pipeline, const py::object& points, const py::object& pose,
-                    std::int64_t stamp_ns) {
-  const PointArray scan = points_of(points, "points");
+                    std::int64_t stamp_ns, const py::object& intensities) {
+  PointArray scan = points_of(points, "points");
+  py::array_t<std::uint8_t> bytes;
+  if (!intensities.is_none()) {
+    bytes = vector_of<std::uint8_t>(intensities, "intensities");
+    if (static_cast<std::size_t>(bytes.size()) != scan.view.count) {
+      throw py::value_error("intensities: one for each point is needed");
+    }
+    scan.view.intensities = bytes.data();
+  }
   const Pose T_odometry_sensor = pose_of(pose, "T_odometry_sensor");
   const py::gil_scoped_release release;
   return pipeline.add_scan(scan.view, T_odometry_sensor, stamp_ns);
@@ -279,11 +287,12 @@ void bind_pipeline(py::module_& module) {
       "wait for each other. `unimapper.STATIC`, `DYNAMIC` and `UNKNOWN` are the labels.")
       .def(py::init<const PipelineConfig&>(), py::arg("config"), Release())
       .def("add_scan", &add_scan, py::arg("points"), py::arg("T_odometry_sensor"),
-           py::arg("stamp_ns"),
+           py::arg("stamp_ns"), py::arg("intensities") = py::none(),
            "Adds a motion-compensated scan; returns a `ScanResult`.\n\n"
            "points: (N, 3) or (N, 4) float32, metres in the sensor's frame; not copied; NaN is "
            "skipped.\nT_odometry_sensor: (4, 4), metres; the odometry's z points up.\n"
-           "stamp_ns: nanoseconds, later than the last one.")
+           "stamp_ns: nanoseconds, later than the last one.\n"
+           "intensities: (N,) uint8, of each point; read with the parameter `intensity`.")
       .def("flush", &LockedPipeline::flush, Release(),
            "Closes a keyframe that has fewer scans than configured: at the end, until neither is "
            "set.")

@@ -53,6 +53,7 @@ class Merging(unittest.TestCase):
             self.assertEqual((folder / file).read_bytes(), (tool_map() / file).read_bytes(), file)
         self.assertEqual(len(result.points()), len(result.point_sessions()))
         self.assertEqual(set(result.sessions_seen()), {1, 2})
+        self.assertGreater(result.intensities().max(), 100)
         self.assertTrue(any(loop["accepted"] for loop in result.loops()))
         self.assertEqual(result.dynamic_points().shape[1], 3)
 

@@ -226,6 +226,22 @@ class Keyframes(unittest.TestCase):
         self.assertEqual(len(keyframe.ground), len(keyframe.static_cells))
         self.assertGreater(len(pipeline.encode()), 1000)
 
+    def test_cells_have_the_intensities_of_their_points(self):
+        config = unimapper.preset("vlp-16")
+        config["intensity"] = True
+        config["keyframe.scans"] = 1
+        config["free_space.images_per_keyframe"] = 1
+        pipeline = unimapper.Pipeline(config)
+        points = drives.street()
+        intensities = np.where(points[:, 2] == -1.5, 10, 200).astype(np.uint8)
+        self.assertTrue(pipeline.add_scan(points, np.eye(4), 0, intensities).keyframe_ready)
+        keyframe = pipeline.keyframe()
+        self.assertEqual(len(keyframe.intensities), len(keyframe.static_cells))
+        high = keyframe.static_cells[:, 2] > -1.0
+        self.assertEqual(set(keyframe.intensities[high]), {200})
+        with self.assertRaisesRegex(ValueError, "one for each point"):
+            pipeline.add_scan(points, np.eye(4), 1, intensities[1:])
+
     def test_threads_may_share_a_pipeline(self):
         config = unimapper.preset("vlp-16")
         pipeline = unimapper.Pipeline(config)
