@@ -74,7 +74,7 @@ struct LidarOdometry::State {
   void hold_back(const Interval& interval, Registered& found) noexcept;
   [[nodiscard]] double fit(const Registered& found, const Interval& interval) noexcept;
   [[nodiscard]] double deviation_m() const noexcept;
-  void learn_deviation(const Pose& predicted, const Pose& pose) noexcept;
+  void learn_deviation(const Pose& predicted, const Pose& pose, double moved_m) noexcept;
 
   // Local map.
   void begin_map(const Velocity& v) noexcept;
@@ -247,12 +247,18 @@ double LidarOdometry::State::deviation_m() const noexcept {
   return deviations == 0 ? kUnknown_m : std::sqrt(squared_deviations_m2 / deviations);
 }
 
-void LidarOdometry::State::learn_deviation(const Pose& predicted, const Pose& pose) noexcept {
+void LidarOdometry::State::learn_deviation(const Pose& predicted, const Pose& pose,
+                                           double moved_m) noexcept {
   constexpr double kLeast_m = 0.1;  // a robot that stands says nothing about one that drives
+  // By a gyroscope hardly any prediction is off by more, and the width would stay that of an
+  // unknown deviation. Narrower than this, the Livox Avia loses its way among plants.
+  constexpr double kLeastByGyroscope_m = 0.3;
+  constexpr double kMoves_m = 0.02;  // less is standing
   const Pose off = predicted.inverse() * pose;
   // Length of the chord of a rotation at the mean distance of the points.
   const double chord = std::sqrt(std::max(0.0, 3.0 - off.rotation.trace()));
-  const double deviation = off.translation.norm() + mean_range_m() * chord;
+  double deviation = off.translation.norm() + mean_range_m() * chord;
+  if (turn_known && moved_m >= kMoves_m) deviation = std::max(deviation, kLeastByGyroscope_m);
   if (deviation < kLeast_m) return;
   squared_deviations_m2 += deviation * deviation;
   ++deviations;
@@ -424,7 +430,11 @@ OdometryResult LidarOdometry::State::accept(const Registered& found, const Inter
                                             double found_fit) noexcept {
   constexpr double kForget = 0.1;
   const bool is_second = scans_in_map == 1;
-  if (!is_second) learn_deviation(ahead(interval), found.pose);
+  const Pose& before = interval.T_odometry_before;
+  if (!is_second) {
+    learn_deviation(ahead(interval), found.pose,
+                    (found.pose.translation - before.translation).norm());
+  }
   if (turn_seen && !WeakMotion::is_weak(found.determination.share.tail<3>().minCoeff())) {
     gyroscope.learn(interval.T_odometry_before.rotation.transpose() * found.pose.rotation, turn,
                     moved(velocity, interval.seconds).rotation, interval.seconds);

@@ -55,7 +55,44 @@ Swing swing(const Samples& samples) {
   return swing;
 }
 
+/// Drives at 2 m/s and rolls to and fro by 3 degrees.
+Pose rolling(double time_s) {
+  constexpr double kRate = 2.0 * 3.14159265;
+  const Eigen::AngleAxisd roll(0.05 * std::sin(kRate * time_s), Eigen::Vector3d::UnitX());
+  return {Eigen::Quaterniond(roll), {2.0 * time_s - 8.0, 1.0, 0.0}};
+}
+
+/// Root of the mean squared error of places on the way.
+double error_of_rolling_m(bool has_gyroscope) {
+  TestOdometry odometry;
+  double squares_m2 = 0.0;
+  constexpr int kScans = 20;
+  std::int64_t told_ns = 0;
+  for (int i = 1; i <= kScans; ++i) {
+    for (; has_gyroscope && told_ns <= i * kPeriod_ns; told_ns += 5'000'000) {
+      const double time_s = 1e-9 * static_cast<double>(told_ns);
+      const Eigen::AngleAxisd turn(rolling(time_s - 1e-3).rotation.transpose() *
+                                   rolling(time_s + 1e-3).rotation);
+      REQUIRE(odometry->add_angular_velocity(told_ns, turn.angle() / 2e-3 * turn.axis()).ok());
+    }
+    const SweptScan scan = sweep(
+        hall(), [&](double after_s) { return rolling(0.1 * i + after_s); },
+        static_cast<std::uint64_t>(i));
+    const double error_m =
+        error_of(odometry.add(scan), rolling(0.1), rolling(0.1 * i)).translation_m;
+    squares_m2 += error_m * error_m / kScans;
+  }
+  return std::sqrt(squares_m2);
+}
+
 }  // namespace
+
+TEST_CASE("a gyroscope makes places no worse where it foretells nearly all of the motion") {
+  const double with_m = error_of_rolling_m(true);
+  const double without_m = error_of_rolling_m(false);
+  CAPTURE(with_m, without_m);
+  CHECK(with_m < without_m);
+}
 
 TEST_CASE("a gyroscope with a bias helps where the sensor turns to and fro") {
   const Swing with = swing({});
