@@ -67,6 +67,7 @@ struct ProjectState {
   Epoch epoch;                              ///< number 0 where there is none yet
   std::vector<std::int64_t> sessions;       ///< rows of its sessions, ascending
   std::vector<StoredStatement> statements;  ///< in effect, ascending
+  std::string crs;                          ///< coordinate system of the site; empty: not said
 };
 
 /// A session in the result of a merge.

@@ -129,6 +129,13 @@ ProjectState ProjectReader::at(std::int64_t number) {
     if (!rows.is_null(6)) statement.T_match_query = pose_of(database_, rows.bytes(6), "a link");
   }
   read_positions(database_, state);
+  // A store that no later version has written to yet has no such table.
+  if (database_.number("SELECT COUNT(*) FROM sqlite_master WHERE name = 'epoch_systems'") == 0) {
+    return state;
+  }
+  Statement system(database_, "SELECT crs FROM epoch_systems WHERE epoch = ?");
+  system.bind(number);
+  if (system.step()) state.crs = system.text(0);
   return state;
 }
 

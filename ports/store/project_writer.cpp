@@ -104,8 +104,8 @@ std::optional<Epoch> ProjectWriter::finish(ProjectState& state, std::int64_t num
 }
 
 void ProjectWriter::remove_epoch(std::int64_t number) {
-  for (const char* table :
-       {"epoch_sessions WHERE epoch", "epoch_statements WHERE epoch", "epochs WHERE number"}) {
+  for (const char* table : {"epoch_sessions WHERE epoch", "epoch_statements WHERE epoch",
+                            "epoch_systems WHERE epoch", "epochs WHERE number"}) {
     Statement(database_, std::string("DELETE FROM ") + table + " = ?").bind(number).run();
   }
 }
@@ -156,6 +156,10 @@ void ProjectWriter::keep(const ProjectState& state) {
   for (const StoredStatement& statement : state.statements) {
     of_statement.bind(epoch.number, statement.id).run();
   }
+  if (state.crs.empty()) return;
+  Statement(database_, "INSERT INTO epoch_systems (epoch, crs) VALUES (?, ?)")
+      .bind(epoch.number, state.crs)
+      .run();
 }
 
 std::int64_t ProjectWriter::keep(const MapResult& result) {

@@ -193,6 +193,14 @@ CREATE TABLE placement_outcomes (
 ) STRICT;
 )";
 
+/// Of later versions of the schema; earlier ones leave it alone.
+constexpr const char* kLaterTables = R"(
+CREATE TABLE IF NOT EXISTS epoch_systems (
+  epoch INTEGER PRIMARY KEY REFERENCES epochs (number),
+  crs TEXT NOT NULL
+) STRICT
+)";
+
 std::string reason() { return std::strerror(errno); }
 
 /// The schema's number, 0 of a new database. Throws StoreError for what is no store of ours.
@@ -276,6 +284,7 @@ Database open_for_writing(const fs::path& folder) {
       "PRAGMA wal_autocheckpoint = 1000;"
       "PRAGMA journal_size_limit = 16777216");
   if (is_new) create_tables(database);
+  database.run(kLaterTables);
   return database;
 }
 

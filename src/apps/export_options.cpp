@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "src/apps/map/projection.hpp"
+
 namespace unimapper::apps {
 namespace {
 
@@ -40,6 +42,10 @@ void add_export_options(CLI::App& command, merge::ExportOptions& options) {
       ->check(CLI::Range(1.0, 1e6));
   command.add_flag("--las", options.las,
                    "Write the map, and its tiles, as LAS 1.4, too: map.las, tiles/X_Y.las");
+  command.add_option("--crs", options.crs.name,
+                     "Coordinate system of known positions, written into LAS files, "
+                     "summary.json and georeference.json. " +
+                         std::string(kSystemHelp));
   CLI::Option* grid = command
                           .add_option_function<double>(
                               "--grid",
@@ -73,11 +79,22 @@ std::string export_command_line(const merge::ExportOptions& options) {
   if (options.voxel_m > 0.0) line += " --voxel" + number(options.voxel_m);
   if (options.tile_m > 0.0) line += " --tile" + number(options.tile_m);
   if (options.las) line += " --las";
+  if (!options.crs.name.empty()) line += " --crs '" + options.crs.name + "'";
   if (options.grid) {
     line += " --grid" + number(options.grid->resolution_m) + " --grid-height" +
             number(options.grid->clearance_m);
   }
   return line;
+}
+
+void find_system(merge::ExportOptions& options) {
+  if (!options.crs.name.empty()) options.crs = Projection(options.crs.name).system();
+}
+
+void warn_of_place(const merge::ExportOptions& options, const merge::MergeResult& result) {
+  if (options.crs.name.empty() || !result.georeference) return;
+  const std::string doubt = Projection(options.crs.name).doubt(result.georeference->origin);
+  if (!doubt.empty()) std::cerr << "unimapper: warning: " << doubt << '\n';
 }
 
 void report_grid(const std::optional<merge::NavigationGrid>& grid) {

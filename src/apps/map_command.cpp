@@ -177,6 +177,12 @@ void register_positions(MapCommands& commands) {
       },
       [](const MapOptions& o) { give_position(o.project, o.position); });
   commands.add(
+      "crs", "Say which coordinate system the positions are in", "EPSG:25832",
+      [](CLI::App& command, MapOptions& o) {
+        command.add_option("NAME", o.output.output.crs.name, kSystemHelp)->required();
+      },
+      [](const MapOptions& o) { set_system(o.project, o.output.output.crs.name); });
+  commands.add(
       "positions", "Say where keyframes of a session are",
       "friday --file gnss.csv --lever 0.3 0 0.8",
       [](CLI::App& command, MapOptions& o) {

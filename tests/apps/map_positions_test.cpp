@@ -62,7 +62,8 @@ TEST_CASE("a file of positions has named columns and strict lines", "[map_positi
       {one + "8,1,2,3,1,1\n7,1,2,3,1,1\n", "f.csv:4: keyframe 7 is in line 2, too"},
       {"stamp,z,sigma_z\n1.0000000001,4,1\n", "is no stamp"},
       {"stamp,z,sigma_z\n1.5e3,4,1\n", "is no stamp"},
-      {"stamp,latitude,longitude,height,sigma_xy,sigma_z\n1,48,11,500,1,1\n", "need --datum"},
+      {"stamp,latitude,longitude,height,sigma_xy,sigma_z\n1,48,11,500,1,1\n",
+       "need a coordinate system"},
   };
   for (const auto& [text, why] : refused) CHECK_THROWS_WITH(parsed(text), Contains(why));
   CHECK_THROWS_WITH(parse_positions(one, "f.csv", Datum{}), Contains("--datum has no meaning"));
@@ -133,7 +134,7 @@ TEST_CASE("positions are kept, numbered, replaced, withdrawn and undone", "[map_
     project.refused(arguments, why, exit_code);
   }
   project.refused({"positions", "a", "--file", project.file("stamp,z,sigma_z\n1000000,2,1\n")},
-                  "positions.csv:2: the stamp is outside of session a, which lasts from ");
+                  "positions.csv: no position lies within session a, which lasts from ");
   project.refused(
       {"positions", "a", "--file", project.file(std::string(kNames) + "99,1,2,3,1,1\n")},
       "positions.csv:2: there is no keyframe a:99");

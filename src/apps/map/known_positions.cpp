@@ -101,10 +101,7 @@ AssignedPositions assign_positions(const SessionData& session, const std::vector
       }
       found.position.sequence = *row.sequence;
     } else {
-      if (!times.contains(row.stamp_ns)) {
-        fail("the stamp is outside of session " + session.info.name + ", which lasts " +
-             times.span_text());
-      }
+      if (!times.contains(row.stamp_ns)) continue;
       const std::optional<Pose> T_odometry_sensor = times.T_odometry_sensor(row.stamp_ns);
       if (!T_odometry_sensor) continue;
       found.position.sequence = times.nearest(row.stamp_ns);
@@ -120,9 +117,17 @@ AssignedPositions assign_positions(const SessionData& session, const std::vector
     if (!is_new && found.away_ns < before->second.away_ns) before->second = found;
   }
   AssignedPositions assigned;
+  assigned.lasts = times.span_text();
   for (const auto& [sequence, one] : chosen) assigned.positions.push_back(one.position);
   assigned.left_out = rows.size() - assigned.positions.size();
   return assigned;
+}
+
+merge::KnownPosition known_position(KeyframeId id, const KeyframeRecord& keyframe,
+                                    const store::StoredPosition& position) {
+  return {id, position.position, merge::reference_sensor_pose(keyframe) * position.point,
+          position.sigma_xy_m.value_or(std::numeric_limits<double>::infinity()),
+          position.sigma_z_m};
 }
 
 std::vector<merge::KnownPosition> positions_of(const store::ProjectState& state,
@@ -146,12 +151,7 @@ std::vector<merge::KnownPosition> positions_of(const store::ProjectState& state,
   for_each([&](const auto& statement, const auto& position, KeyframeId keyframe) {
     if (said_by[keyframe] != rank(statement)) return;
     const KeyframeRecord& record = rows.sessions()[keyframe.session].keyframes[keyframe.keyframe];
-    merge::KnownPosition& known = positions.emplace_back();
-    known.keyframe = keyframe;
-    known.position = position.position;
-    known.point = merge::reference_sensor_pose(record) * position.point;
-    known.sigma_xy_m = position.sigma_xy_m.value_or(std::numeric_limits<double>::infinity());
-    known.sigma_z_m = position.sigma_z_m;
+    positions.push_back(known_position(keyframe, record, position));
   });
   return positions;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "ports/store/project.hpp"
@@ -16,14 +17,20 @@ namespace unimapper::apps {
 /// them: of several rows with stamps the one nearest to a keyframe's reference scan is taken.
 struct AssignedPositions {
   std::vector<store::StoredPosition> positions;
-  std::size_t left_out = 0;  ///< rows that lie beside another one, or in a gap of the session
+  /// Rows that lie beside another one, in a gap of the session, or before or after it.
+  std::size_t left_out = 0;
+  std::string lasts;  ///< from when to when the session lasts, for messages
 };
 
 /// Assigns rows to keyframes; `lever` is the point in the sensor's frame. The way between a stamp
 /// and the reference scan is the odometry's. Throws std::runtime_error with file and line for a
-/// keyframe that is not there, and a stamp before or after the session.
+/// keyframe that is not there.
 AssignedPositions assign_positions(const SessionData& session, const std::vector<PositionRow>& rows,
                                    const Eigen::Vector3d& lever, const std::string& file);
+
+/// A position of a session's keyframe as a merge takes it.
+merge::KnownPosition known_position(KeyframeId id, const KeyframeRecord& keyframe,
+                                    const store::StoredPosition& position);
 
 /// The positions of the statements in effect whose keyframes are merged, in the order of the
 /// statements. Of a keyframe with several the latest one that was said of it alone, else the

@@ -80,6 +80,7 @@ std::optional<store::Epoch> go_back(store::ProjectWriter& writer, std::int64_t n
     }
     state.sessions = std::move(sessions);
     state.statements = target.statements;
+    state.crs = target.crs;
     state.epoch.result = target.epoch.result;
     state.epoch.parent = target.epoch.parent;
     return std::optional("went back to epoch " + std::to_string(to));

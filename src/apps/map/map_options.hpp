@@ -63,6 +63,8 @@ struct PositionOption {
 
 /// A person gives the position of a keyframe.
 void give_position(const ProjectOptions& options, const PositionOption& position);
+/// A person says which coordinate system the positions are in, as `Projection` takes its name.
+void set_system(const ProjectOptions& options, const std::string& name);
 /// A person gives a file of positions of a session.
 void give_positions(const ProjectOptions& options, const PositionOption& positions);
 

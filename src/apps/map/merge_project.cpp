@@ -15,6 +15,7 @@
 #include "src/apps/map/project_merge.hpp"
 #include "src/apps/map/stored_map.hpp"
 #include "src/apps/merge/merge_options.hpp"
+#include "src/apps/merge/run_positions.hpp"
 #include "src/apps/merge/stored_contents.hpp"
 #include "src/apps/output_guard.hpp"
 #include "src/apps/replacement.hpp"
@@ -48,16 +49,25 @@ void return_large_arrays() {
   mallopt(M_TRIM_THRESHOLD, kLargeBytes);
 }
 
-/// Positions that were not used, with the reason.
-void report_positions(const merge::MergeResult& result, const std::vector<SessionData>& sessions) {
-  for (const merge::PositionOutcome& position : result.positions) {
-    if (position.used) continue;
-    const KeyframeId keyframe = position.given.keyframe;
-    const SessionData& session = sessions[keyframe.session];
-    std::cerr << "unimapper: warning: position of " << session.info.name << ':'
-              << session.keyframes[keyframe.keyframe].sequence << " not used: " << position.reason
-              << '\n';
+/// What is written, with the project's coordinate system, if the map is in it, or the one asked
+/// for.
+merge::ExportOptions options_of(const MapExportOptions& output, const StoredMap& map) {
+  merge::ExportOptions options = output.output;
+  const auto& place = map.posed.georeference;
+  const bool is_placed = place && place->is_horizontal;
+  if (!is_placed && !options.crs.name.empty()) {
+    throw std::runtime_error("--crs: no known position of x and y places this map in " +
+                             options.crs.name +
+                             "; `unimapper map position` and `positions` take them, then `merge`");
   }
+  if (!is_placed && !map.crs.empty()) {
+    std::cerr << "unimapper: warning: no known position of x and y places the map in " << map.crs
+              << ": its files have no coordinate system\n";
+  }
+  if (is_placed && options.crs.name.empty()) options.crs.name = map.crs;
+  find_system(options);
+  warn_of_place(options, map.posed);
+  return options;
 }
 
 }  // namespace
@@ -101,6 +111,7 @@ void export_project(const ProjectOptions& options, const MapExportOptions& outpu
   StoredContents contents(limits.kept_bytes());
   StoredMap map = read_stored_map(options.store, options.epoch, &contents);
   map.config.memory_mb = limits.memory_mb;
+  const merge::ExportOptions output_options = options_of(output, map);
   const std::vector<SessionData>& sessions = map.sessions;
   ReportInput report;
   report.references = gather_references(output.reference, sessions,
@@ -109,7 +120,7 @@ void export_project(const ProjectOptions& options, const MapExportOptions& outpu
   const merge::MergeResult result =
       merge::complete_merge(sessions, std::move(map.posed), map.config, progress(), folder.path());
 
-  report_grid(merge::export_map(folder.path(), sessions, result, output.output));
+  report_grid(merge::export_map(folder.path(), sessions, result, output_options));
   write_session_clouds(folder.path(), sessions, result);
   if (scene) write_scene(scene->path(), scene_of_merge(sessions, result));
   report.load = load_between(load_before, linux_port::host_load());

@@ -32,8 +32,8 @@ enum class Form : std::uint8_t { kCartesian, kHeight, kDegrees };
 
 class PositionParser {
  public:
-  PositionParser(const std::string& file, const std::optional<Datum>& datum)
-      : file_(file), datum_(datum) {}
+  PositionParser(const std::string& file, const std::optional<Datum>& datum, const ToSite& to_site)
+      : file_(file), datum_(datum), to_site_(to_site) {}
 
   void take(std::string_view line, std::size_t number) {
     number_ = number;
@@ -89,9 +89,14 @@ class PositionParser {
     }
     by_stamp_ = fields_[0] == "stamp";
     columns_ = fields_.size();
-    if ((*form_ == Form::kDegrees) != datum_.has_value()) {
-      fail(datum_ ? "has no latitude and longitude, so --datum has no meaning"
-                  : "latitude and longitude need --datum LATITUDE LONGITUDE HEIGHT");
+    const bool is_degrees = *form_ == Form::kDegrees;
+    if (datum_ && !is_degrees) {
+      fail("has no latitude and longitude, so --datum has no meaning");
+    }
+    if (is_degrees && !datum_ && !to_site_) {
+      fail(
+          "latitude and longitude need a coordinate system (`unimapper map crs EPSG:25832`) or "
+          "--datum LATITUDE LONGITUDE HEIGHT");
     }
   }
 
@@ -123,13 +128,17 @@ class PositionParser {
         row.sigma_xy_m = deviation(4);
         break;
       case Form::kDegrees:
-        row.position = east_north_up(
-            {number(1, -90.0, 90.0), number(2, -180.0, 180.0), number(3, -1e4, 1e5)}, *datum_);
+        row.position =
+            place({number(1, -90.0, 90.0), number(2, -180.0, 180.0), number(3, -1e4, 1e5)});
         row.sigma_xy_m = deviation(4);
         break;
     }
     row.sigma_z_m = deviation(columns_ - 1);
     rows_.push_back(row);
+  }
+
+  [[nodiscard]] Eigen::Vector3d place(const Datum& place) const {
+    return to_site_ ? to_site_(place) : east_north_up(place, *datum_);
   }
 
   void take_key(PositionRow& row) {
@@ -173,6 +182,7 @@ class PositionParser {
 
   const std::string& file_;
   const std::optional<Datum>& datum_;
+  const ToSite& to_site_;
   std::size_t number_ = 0;
   std::vector<std::string_view> fields_;
   std::optional<Form> form_;
@@ -195,8 +205,8 @@ Eigen::Vector3d east_north_up(const Datum& place, const Datum& datum) {
 }
 
 std::vector<PositionRow> parse_positions(std::string_view text, const std::string& file,
-                                         const std::optional<Datum>& datum) {
-  PositionParser parser(file, datum);
+                                         const std::optional<Datum>& datum, const ToSite& to_site) {
+  PositionParser parser(file, datum, to_site);
   datasets::for_each_line(
       text, [&](std::string_view line, std::size_t number) { parser.take(line, number); });
   return std::move(parser).rows();

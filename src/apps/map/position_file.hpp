@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -31,13 +32,18 @@ struct PositionRow {
   double sigma_z_m = 0.0;
 };
 
+/// A place in the site frame, metres.
+using ToSite = std::function<Eigen::Vector3d(const Datum& place)>;
+
 /// Parses lines "KEY,x,y,z,sigma_xy,sigma_z", "KEY,z,sigma_z" or
 /// "KEY,latitude,longitude,height,sigma_xy,sigma_z", KEY being keyframe or stamp, below a line with
 /// these names. Lines that are blank or begin with # are left out. Throws std::runtime_error with
 /// `file` and line: what is no such line, a number that is none or out of range, a key that is
-/// there twice, no line at all, and degrees without `datum` or the other way round.
+/// there twice, no line at all, degrees without `to_site` or `datum`, and `datum` without degrees.
+/// Degrees go by `to_site`, where there is one.
 [[nodiscard]] std::vector<PositionRow> parse_positions(std::string_view text,
                                                        const std::string& file,
-                                                       const std::optional<Datum>& datum);
+                                                       const std::optional<Datum>& datum,
+                                                       const ToSite& to_site = {});
 
 }  // namespace unimapper::apps

@@ -1,16 +1,19 @@
 // Known positions as statements of people.
 #include <algorithm>
 #include <cmath>
+#include <iostream>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "ports/datasets/files.hpp"
+#include "ports/store/project_writer.hpp"
 #include "ports/store/store_reader.hpp"
 #include "src/apps/map/known_positions.hpp"
 #include "src/apps/map/map_options.hpp"
 #include "src/apps/map/position_file.hpp"
+#include "src/apps/map/projection.hpp"
 #include "src/apps/map/statements.hpp"
 #include "src/apps/map/stored_sessions.hpp"
 
@@ -77,7 +80,35 @@ std::string datum_text(const PositionOption& given) {
   return text.empty() ? text : " --datum" + text;
 }
 
+/// The project's coordinate system.
+std::optional<Projection> system_of(const ProjectOptions& options) {
+  store::StoreReader reader(options.store);
+  const std::string name = reader.project().next().crs;
+  return name.empty() ? std::nullopt : std::make_optional<Projection>(name);
+}
+
+/// Says on stderr if a position is not where the system is used.
+void warn_of_place(const Projection& system, const std::vector<store::StoredPosition>& positions) {
+  const auto found = std::find_if(positions.begin(), positions.end(),
+                                  [](const auto& position) { return position.sigma_xy_m; });
+  if (found == positions.end()) return;
+  const std::string doubt = system.doubt(found->position);
+  if (!doubt.empty()) std::cerr << "unimapper: warning: " << doubt << '\n';
+}
+
 }  // namespace
+
+void set_system(const ProjectOptions& options, const std::string& name) {
+  const Projection system(name);
+  store::ProjectWriter writer(options.store, "`unimapper map crs`");
+  say_epoch(writer.commit("crs " + name, [&](store::ProjectState& state) {
+    state.crs = name;
+    for (const store::StoredStatement& said : state.statements) {
+      warn_of_place(system, said.positions);
+    }
+    return std::optional("coordinate system " + name);
+  }));
+}
 
 void give_position(const ProjectOptions& options, const PositionOption& given) {
   const store::KeyframeRow keyframe =
@@ -90,6 +121,8 @@ void give_position(const ProjectOptions& options, const PositionOption& given) {
     throw std::runtime_error("there is no keyframe " + given.keyframe);
   }
   const AssignedPositions assigned = assign_positions(session, {row}, lever_of(given), "--at");
+  const std::optional<Projection> system = system_of(options);
+  if (system) warn_of_place(*system, assigned.positions);
   state_it(options, "`unimapper map position`", "position " + given.keyframe,
            "position of " + given.keyframe, {statement_of(keyframe.session, assigned.positions)});
 }
@@ -98,16 +131,26 @@ void give_positions(const ProjectOptions& options, const PositionOption& given) 
   const std::int64_t row =
       SessionNames(store::StoreReader(options.store).sessions()).row(given.session);
   const std::string file = given.file.string();
+  const std::optional<Projection> system = system_of(options);
+  ToSite to_site;
+  if (system) to_site = [&](const Datum& place) { return system->project(place); };
+  if (system && !given.datum.empty()) {
+    throw std::runtime_error("--datum: positions of the project are of " + system->system().name);
+  }
   const std::vector<PositionRow> rows =
-      parse_positions(datasets::read_file(given.file), file, datum_of(given));
+      parse_positions(datasets::read_file(given.file), file, datum_of(given), to_site);
   const AssignedPositions assigned =
       assign_positions(read_session(options, row), rows, lever_of(given), file);
-  if (assigned.positions.empty()) throw std::runtime_error(file + ": lies in gaps of the session");
+  if (assigned.positions.empty()) {
+    throw std::runtime_error(file + ": no position lies within session " + given.session +
+                             ", which lasts " + assigned.lasts);
+  }
+  if (system) warn_of_place(*system, assigned.positions);
   std::string outcome =
       std::to_string(assigned.positions.size()) + " positions of " + given.session;
   if (assigned.left_out > 0) {
     outcome += ", " + std::to_string(assigned.left_out) +
-               " left out that lie beside others or in gaps of the session";
+               " left out that lie beside others, in gaps of the session or outside of it";
   }
   state_it(options, "`unimapper map positions`",
            "positions " + given.session + " --file " + file + datum_text(given), outcome,

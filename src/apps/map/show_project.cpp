@@ -154,6 +154,7 @@ void print_project(const MapJson& json) {
              word(session["state"]),
              session.contains("reason") ? (": " + word(session["reason"])).c_str() : "");
   }
+  if (json.contains("crs")) std::printf("system     %s\n", word(json["crs"]).c_str());
   for (const MapJson& statement : json["statements"]) {
     const std::string about = statement.contains("session")
                                   ? word(statement["session"])
@@ -199,6 +200,7 @@ void show_epoch(const ProjectOptions& options) {
   MapJson json;
   json["epoch"] = state.epoch.number == 0 ? MapJson() : describe(state.epoch);
   json["sessions"] = describe_sessions(state, result, listings);
+  if (!state.crs.empty()) json["crs"] = state.crs;
   json["statements"] = MapJson::array();
   for (const auto& statement : state.statements) {
     json["statements"].push_back(describe(statement, names));

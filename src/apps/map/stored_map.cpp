@@ -31,6 +31,7 @@ StoredMap read_stored_map(const std::filesystem::path& store, std::int64_t epoch
   }
   StoredMap map;
   map.epoch = state.epoch.number;
+  map.crs = state.crs;
   std::vector<InputSession> inputs = read_sessions(store, merged, keyframes, contents, order);
   for (const InputSession& input : inputs) map.rows.push_back(input.row);
   map.sessions = data_of(inputs);

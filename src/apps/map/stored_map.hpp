@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "src/apps/map/stored_sessions.hpp"
@@ -19,6 +20,7 @@ struct StoredMap {
   std::vector<SessionData> sessions;  ///< with the keyframes that were merged
   merge::MergeResult posed;           ///< poses and loops, for `merge::complete_merge`
   merge::MergeConfig config;          ///< the parameters of the merge
+  std::string crs;                    ///< coordinate system of the site; empty: not said
 };
 
 /// Reads the map of an epoch, of the latest one for 0. Throws std::runtime_error with a sentence

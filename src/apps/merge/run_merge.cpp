@@ -12,6 +12,7 @@
 #include "src/apps/export_options.hpp"
 #include "src/apps/merge/merge_options.hpp"
 #include "src/apps/merge/refined_labels.hpp"
+#include "src/apps/merge/run_positions.hpp"
 #include "src/apps/merge/session_references.hpp"
 #include "src/apps/merge/stored_contents.hpp"
 #include "src/apps/output_guard.hpp"
@@ -75,6 +76,22 @@ merge::MergeConfig make_config(const MergeOptions& options) {
   return config;
 }
 
+/// Positions beside the runs, if a coordinate system is asked for; else says where some are.
+merge::UserStatements statements_of(const MergeOptions& options,
+                                    const std::vector<SessionData>& sessions,
+                                    const std::vector<std::filesystem::path>& runs) {
+  merge::UserStatements statements;
+  if (!options.output.crs.name.empty()) {
+    statements.positions = positions_of_runs(sessions, runs, Projection(options.output.crs.name));
+    return statements;
+  }
+  for (const std::filesystem::path& file : position_files(runs)) {
+    std::cerr << "unimapper: " << file.string()
+              << " holds positions; --crs places the map by them\n";
+  }
+  return statements;
+}
+
 /// Throws where the map is none, or lacks a session: exit code 0 would pass for success.
 void require_result(const MergeOptions& options, const std::vector<SessionData>& sessions,
                     const merge::MergeResult& result) {
@@ -109,6 +126,8 @@ void run_merge(const MergeOptions& options) {
   std::optional<FileReplacement> scene;
   if (!options.mcap.empty()) scene.emplace(options.mcap);
   const merge::MergeConfig config = make_config(options);
+  merge::ExportOptions output = options.output;
+  find_system(output);
   std::vector<SessionData> sessions;
   std::vector<std::filesystem::path> runs;
   StoredContents contents(config.kept_bytes());
@@ -124,6 +143,7 @@ void run_merge(const MergeOptions& options) {
   const auto start = Clock::now();
   ReportInput report;
   report.references = gather_references(options.reference, sessions, runs);
+  const merge::UserStatements statements = statements_of(options, sessions, runs);
 
   const auto merging = Clock::now();
   const linux_port::HostLoad load_before = linux_port::host_load();
@@ -133,10 +153,17 @@ void run_merge(const MergeOptions& options) {
         const std::string elapsed = fmt::format("{:6.1f} s", seconds_since(start));
         std::cerr << "unimapper: " << elapsed << "  " << text << std::endl;
       },
-      {}, nullptr, map.path());
+      statements, nullptr, map.path());
+  report_positions(result, sessions);
+  if (!output.crs.name.empty() && !(result.georeference && result.georeference->is_horizontal)) {
+    std::cerr << "unimapper: warning: no position places the map in " << output.crs.name
+              << ": its files have no coordinate system\n";
+    output.crs = {};
+  }
+  warn_of_place(output, result);
   report.elapsed_s = seconds_since(merging);
   report.load = load_between(load_before, linux_port::host_load());
-  report_grid(merge::export_map(map.path(), sessions, result, options.output));
+  report_grid(merge::export_map(map.path(), sessions, result, output));
   write_session_clouds(map.path(), sessions, result);
   if (scene) write_scene(scene->path(), scene_of_merge(sessions, result));
 

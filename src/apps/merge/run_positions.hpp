@@ -1,0 +1,29 @@
+// Known positions that lie beside runs.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "src/apps/map/projection.hpp"
+#include "unimapper/core/keyframe_record.hpp"
+#include "unimapper/merge/user_statements.hpp"
+
+namespace unimapper::apps {
+
+/// In a run folder: positions of its recording, as `parse_positions` reads them.
+inline constexpr const char* kPositionsFile = "positions.csv";
+
+/// The runs' files that are there.
+[[nodiscard]] std::vector<std::filesystem::path> position_files(
+    const std::vector<std::filesystem::path>& runs);
+
+/// Positions of keyframes from the files in the sessions' `runs`, in a coordinate system. Throws
+/// std::runtime_error for a wrong file, or without any position.
+[[nodiscard]] std::vector<merge::KnownPosition> positions_of_runs(
+    const std::vector<SessionData>& sessions, const std::vector<std::filesystem::path>& runs,
+    const Projection& system);
+
+/// How many positions were used, and why others were not, on stderr.
+void report_positions(const merge::MergeResult& result, const std::vector<SessionData>& sessions);
+
+}  // namespace unimapper::apps
