@@ -94,6 +94,17 @@ struct Note {
   bool is_about_mounting = false;
 };
 
+/// Where a receiver of satellites found its antenna.
+struct Fix {
+  std::int64_t stamp_ns = 0;             ///< by the clock of the scans
+  double latitude_deg = 0.0;             ///< WGS84
+  double longitude_deg = 0.0;            ///< WGS84
+  double height_m = 0.0;                 ///< above the ellipsoid
+  double sigma_xy_m = 0.0;               ///< standard deviation of east and of north
+  double sigma_z_m = 0.0;                ///< standard deviation of the height
+  std::optional<Eigen::Vector3d> lever;  ///< the antenna in the sensor's frame; empty: not known
+};
+
 /// A sequence of scans with one pose and one stamp each. Reads lazily, one scan at a time.
 class Dataset {
  public:
@@ -129,6 +140,8 @@ class Dataset {
   [[nodiscard]] virtual std::optional<Pose> pose_at(std::int64_t /*stamp_ns*/) const {
     return std::nullopt;
   }
+  /// Positions by satellites, in the order of recording.
+  [[nodiscard]] virtual std::vector<Fix> fixes() const { return {}; }
 };
 
 /// Whether points are moved from the sensor's frames of their own times to that of their scan.

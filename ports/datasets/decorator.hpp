@@ -32,6 +32,7 @@ class DatasetDecorator : public Dataset {
   [[nodiscard]] std::optional<Pose> pose_at(std::int64_t stamp_ns) const override {
     return inner_->pose_at(stamp_ns);
   }
+  [[nodiscard]] std::vector<Fix> fixes() const override { return inner_->fixes(); }
 
  protected:
   explicit DatasetDecorator(std::unique_ptr<Dataset> inner) : inner_(std::move(inner)) {}

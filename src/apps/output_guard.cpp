@@ -38,7 +38,7 @@ const std::array<Kind, 4>& kinds() {
        "run",
        "run.json",
        "",
-       {"keyframes.lcmlog", "loops.csv", "stats.json", "events.log", "run.json"},
+       {"keyframes.lcmlog", "loops.csv", "stats.json", "events.log", "run.json", "positions.csv"},
        {{"labels", ".label"}, {"final/labels", ".label"}}},
       {Output::kMap,
        "map",

@@ -21,7 +21,7 @@ namespace {
 constexpr std::int64_t kEpoch = 5;
 
 StoredMap map_in_store() {
-  return {kEpoch, {1}, {map_of_town().drive.session}, map_of_town().result, {}};
+  return {kEpoch, {1}, {map_of_town().drive.session}, map_of_town().result, {}, {}};
 }
 
 /// A keyframe of Friday's drive as another session brings it.

@@ -51,6 +51,9 @@ void read_messages(const std::string& file) {
 void read_dataset(const std::string& file) {
   const auto dataset = open_bag(file, {});
   Scan scan;
+  for (const Fix& fix : dataset->fixes()) {
+    require(std::abs(fix.latitude_deg) <= 90.0 && fix.sigma_xy_m > 0.0 && fix.sigma_z_m > 0.0);
+  }
   for (std::size_t i = 0; i < dataset->scan_count(); ++i) {
     require(dataset->pose(i).is_finite());
     allow_refusal<DatasetError>([&] {
@@ -62,7 +65,11 @@ void read_dataset(const std::string& file) {
 
 void decode(std::uint8_t choice, std::string_view bytes) {
   const auto serialization = (choice & 1) != 0 ? Serialization::kCdr : Serialization::kRos1;
-  const auto kind = static_cast<MessageKind>((choice >> 1) % 8);
+  const auto kind = static_cast<MessageKind>((choice >> 1) % 9);
+  if (kind == MessageKind::kFix) {
+    (void)decode_fix(bytes, serialization);
+    return;
+  }
   if (!is_scan(kind)) {
     for (const PoseMessage& pose : decode_poses(bytes, serialization, kind)) {
       require(!pose.pose || pose.pose->is_rigid());

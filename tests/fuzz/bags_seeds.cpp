@@ -50,6 +50,8 @@ std::string message(Encoding encoding, MessageKind kind) {
       return odometry_message(encoding, kStamp_ns, Pose());
     case MessageKind::kTransforms:
       return transforms_message(encoding, {{kStamp_ns, "a", "b", Pose()}});
+    case MessageKind::kFix:
+      return fix_message(encoding, kStamp_ns, {});
     default:
       return pose_message(encoding, kStamp_ns, Pose());
   }
@@ -60,12 +62,14 @@ std::string recording(bool has_summary) {
   const auto points = file.topic("/points", "sensor_msgs/msg/PointCloud2");
   const auto odometry = file.topic("/odom", "nav_msgs/msg/Odometry");
   const auto transforms = file.topic("/tf", "tf2_msgs/msg/TFMessage");
+  const auto fixes = file.topic("/fix", "sensor_msgs/msg/NavSatFix");
   constexpr Encoding kCdr = Encoding::kCdrLittle;
   for (int i = 0; i < 3; ++i) {
     const std::int64_t stamp_ns = kStamp_ns + i * 100'000'000;
     file.message(transforms, stamp_ns,
                  transforms_message(kCdr, {{stamp_ns, "base_link", "lidar", Pose()}}));
     file.message(odometry, stamp_ns, odometry_message(kCdr, stamp_ns, Pose()));
+    file.message(fixes, stamp_ns, fix_message(kCdr, stamp_ns, {}));
     file.message(points, stamp_ns, cloud(kCdr, stamp_ns));
     file.end_chunk();
   }
@@ -73,7 +77,7 @@ std::string recording(bool has_summary) {
 }
 
 void write_all(const std::filesystem::path& folder) {
-  for (std::uint8_t kind = 0; kind < 8; ++kind) {
+  for (std::uint8_t kind = 0; kind < 9; ++kind) {
     for (const Encoding encoding : kEncodings) {
       const int serialization = encoding == Encoding::kRos1 ? 0 : 1;
       const auto choice = static_cast<char>(2 * kind + serialization);

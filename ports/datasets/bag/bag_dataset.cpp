@@ -104,6 +104,7 @@ class BagDataset final : public Dataset {
   [[nodiscard]] std::optional<Pose> pose_at(std::int64_t stamp_ns) const override {
     return lidar_poses_.at(stamp_ns);
   }
+  [[nodiscard]] std::vector<Fix> fixes() const override { return fixes_; }
 
  private:
   [[nodiscard]] const Topic& topic() const { return source_->topics()[topic_]; }
@@ -145,6 +146,7 @@ class BagDataset final : public Dataset {
                                         : find_lidar_poses(poses_, wish);
     notes_.insert(notes_.end(), lidar_poses_.notes.begin(), lidar_poses_.notes.end());
     apply_stamps(contents);
+    take_fixes(contents);
     if (lidar_poses_.inverted) choose_reading(contents.scans);
     if (lidar_poses_.mount) check_mount(contents.scans, *lidar_poses_.mount);
     pose_scans(std::move(contents.scans));
@@ -240,6 +242,16 @@ class BagDataset final : public Dataset {
       scans.back().stamp_ns = contents.stamps.without_steps(i, scans.back().stamp_ns);
     }
     contents.scans = std::move(scans);
+  }
+
+  void take_fixes(const Contents& contents) {
+    fixes_ = choose_fixes(contents.fixes, poses_.transforms, contents.lidar_frame, notes_);
+    if (fixes_.empty() || contents.stamps.steps.empty()) return;
+    notes_.push_back(
+        {"the clock of the scans steps, so known positions are left out: by which clock they are "
+         "is not known",
+         true});
+    fixes_.clear();
   }
 
   /// Of poses whose frames are named the wrong way round: are their values so, too?
@@ -396,6 +408,7 @@ class BagDataset final : public Dataset {
   PoseSeries file_poses_;
   LidarPoses lidar_poses_;
   std::vector<PosedScan> scans_;
+  std::vector<Fix> fixes_;
   std::vector<Note> notes_;
 };
 

@@ -39,6 +39,11 @@ class BagWalk {
   Contents walk() {
     std::vector<std::size_t> topics = find_topics(source_, &is_transforms);
     topics.push_back(scan_topic_);
+    for (const std::size_t topic :
+         find_topics(source_, [](MessageKind kind) { return kind == MessageKind::kFix; })) {
+      contents_.fixes[topic].description = describe(source_.topics()[topic]);
+      topics.push_back(topic);
+    }
     for (const auto& [topic, poses] : contents_.poses.topics) {
       if (kind_of(source_.topics()[topic].type) == MessageKind::kPath) {
         take_path(topic);
@@ -65,6 +70,10 @@ class BagWalk {
     const MessagePlace& place = source_.messages(number_of_topic)[number];
     if (number_of_topic == scan_topic_) {
       take_scan(source_.read(place, kHeaderBytes), number, place.log_time_ns);
+      return;
+    }
+    if (const auto fixes = contents_.fixes.find(number_of_topic); fixes != contents_.fixes.end()) {
+      fixes->second.recorded.push_back(decode_fix(source_.read(place), topic.serialization));
       return;
     }
     const auto found = contents_.poses.topics.find(number_of_topic);

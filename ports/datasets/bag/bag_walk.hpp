@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
+#include "ports/datasets/bag/bag_fixes.hpp"
 #include "ports/datasets/bag/bag_poses.hpp"
 #include "ports/datasets/bag/message_source.hpp"
 #include "ports/datasets/recorded_stamps.hpp"
@@ -27,21 +29,22 @@ struct Contents {
     std::uint8_t number = 0;  ///< that Livox gives it
     std::size_t scans = 0;    ///< how many it has
   };
-  std::vector<Lidar> lidars;         ///< on the topic, in the order of recording
-  std::vector<ScanStamp> scans;      ///< of the LiDAR that was chosen, in the order of recording
-  std::string lidar_frame;           ///< of the scans
-  std::size_t without_frame = 0;     ///< scans
-  std::size_t without_stamp = 0;     ///< scans
-  RecordedStamps stamps;             ///< of the scans
-  BagPoses poses;                    ///< of all topics that were walked
-  std::size_t unreadable = 0;        ///< messages of all these topics
-  std::size_t unreadable_scans = 0;  ///< unreadable messages of the scans' topic
-  std::string first_unreadable;      ///< topic, number and reason
+  std::vector<Lidar> lidars;      ///< on the topic, in the order of recording
+  std::vector<ScanStamp> scans;   ///< of the LiDAR that was chosen, in the order of recording
+  std::string lidar_frame;        ///< of the scans
+  std::size_t without_frame = 0;  ///< scans
+  std::size_t without_stamp = 0;  ///< scans
+  RecordedStamps stamps;          ///< of the scans
+  BagPoses poses;                 ///< of all topics that were walked
+  std::map<std::size_t, FixTopic> fixes;  ///< by number of the topic
+  std::size_t unreadable = 0;             ///< messages of all these topics
+  std::size_t unreadable_scans = 0;       ///< unreadable messages of the scans' topic
+  std::string first_unreadable;           ///< topic, number and reason
 };
 
-/// Reads the heads of the scans on a topic and all poses on others. Keeps the scans of one LiDAR:
-/// `wanted_lidar` (its frame), or the only one where that is empty. `is_asked_for`: poses of any
-/// kind count as odometry. Unreadable messages are counted. Throws DatasetError and
+/// Reads the heads of the scans on a topic and all poses and fixes on others. Keeps the scans of
+/// one LiDAR: `wanted_lidar` (its frame), or the only one where that is empty. `is_asked_for`:
+/// poses of any kind count as odometry. Unreadable messages are counted. Throws DatasetError and
 /// SeveralLidarsError (without naming a file).
 [[nodiscard]] Contents walk_bag(MessageSource& source, std::size_t scan_topic,
                                 const std::vector<std::size_t>& pose_topics, bool is_asked_for,

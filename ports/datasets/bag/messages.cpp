@@ -9,7 +9,7 @@
 namespace unimapper::datasets::bag {
 
 MessageKind kind_of(std::string_view type) {
-  constexpr std::array<std::pair<std::string_view, MessageKind>, 11> kKinds = {{
+  constexpr std::array<std::pair<std::string_view, MessageKind>, 12> kKinds = {{
       {"sensor_msgs/PointCloud2", MessageKind::kPointCloud},
       {"livox_ros_driver/CustomMsg", MessageKind::kLivox},
       {"livox_ros_driver2/CustomMsg", MessageKind::kLivox},
@@ -21,6 +21,7 @@ MessageKind kind_of(std::string_view type) {
       {"geometry_msgs/TransformStamped", MessageKind::kTransform},
       {"tf2_msgs/TFMessage", MessageKind::kTransforms},
       {"tf/tfMessage", MessageKind::kTransforms},
+      {"sensor_msgs/NavSatFix", MessageKind::kFix},
   }};
   for (const auto& [name, kind] : kKinds) {
     if (name == type) return kind;
@@ -103,6 +104,23 @@ std::vector<PoseMessage> decode_poses(std::string_view bytes, Serialization seri
     pose.pose = read_pose(reader);
   }
   return poses;
+}
+
+FixMessage decode_fix(std::string_view bytes, Serialization serialization) {
+  MessageReader reader(bytes, serialization);
+  FixMessage fix;
+  fix.header = read_header(reader);
+  fix.status = reader.number<std::int8_t>();
+  (void)reader.number<std::uint16_t>();  // which satellites
+  fix.latitude_deg = reader.number<double>();
+  fix.longitude_deg = reader.number<double>();
+  fix.height_m = reader.number<double>();
+  for (std::size_t i = 0; i < 9; ++i) {
+    const auto covariance = reader.number<double>();
+    if (i % 4 == 0) fix.variances[i / 4] = covariance;
+  }
+  fix.has_variances = reader.number<std::uint8_t>() != 0;
+  return fix;
 }
 
 }  // namespace unimapper::datasets::bag

@@ -4,6 +4,7 @@
 // DatasetError (without naming a file) where a message is too short or its values cannot be.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -26,6 +27,7 @@ enum class MessageKind : std::uint8_t {
   kTransform,           ///< geometry_msgs/TransformStamped
   kTransforms,          ///< tf2_msgs/TFMessage, tf/tfMessage
   kPath,                ///< nav_msgs/Path
+  kFix,                 ///< sensor_msgs/NavSatFix
   kOther,
 };
 
@@ -67,6 +69,21 @@ struct PoseMessage {
 /// The pose of an odometry, pose or transform message, the poses of several transforms or a path.
 std::vector<PoseMessage> decode_poses(std::string_view bytes, Serialization serialization,
                                       MessageKind kind);
+
+/// sensor_msgs/NavSatFix, as it is.
+struct FixMessage {
+  /// Stamp and frame of the antenna.
+  MessageHeader header;
+  std::int8_t status = 0;             ///< negative: no fix
+  double latitude_deg = 0.0;          ///< may be any number, as all below
+  double longitude_deg = 0.0;         ///< east
+  double height_m = 0.0;              ///< above the ellipsoid WGS84
+  std::array<double, 3> variances{};  ///< of east, north and up, square metres
+  bool has_variances = false;         ///< the message says that they are known
+};
+
+/// The fix of a message.
+FixMessage decode_fix(std::string_view bytes, Serialization serialization);
 
 /// How the points of a topic are read: the same for all its messages, found in one of them.
 struct ScanLayout {

@@ -94,7 +94,8 @@ AssignedPositions assign_positions(const SessionData& session, const std::vector
       throw std::runtime_error(file + ":" + std::to_string(row.line) + ": " + why);
     };
     Chosen found;
-    found.position.point = lever;
+    const Eigen::Vector3d point = row.lever.value_or(lever);
+    found.position.point = point;
     if (row.sequence) {
       if (!times.has(*row.sequence)) {
         fail("there is no keyframe " + session.info.name + ":" + std::to_string(*row.sequence));
@@ -108,7 +109,7 @@ AssignedPositions assign_positions(const SessionData& session, const std::vector
       const KeyframeScan& reference = times.reference(found.position.sequence);
       found.away_ns = std::abs(row.stamp_ns - reference.stamp_ns);
       if (found.away_ns > kLongestStepNs) continue;
-      found.position.point = reference.T_odometry_sensor.inverse() * (*T_odometry_sensor * lever);
+      found.position.point = reference.T_odometry_sensor.inverse() * (*T_odometry_sensor * point);
     }
     found.position.position = row.position;
     found.position.sigma_xy_m = row.sigma_xy_m;

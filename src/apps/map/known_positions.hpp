@@ -22,9 +22,9 @@ struct AssignedPositions {
   std::string lasts;  ///< from when to when the session lasts, for messages
 };
 
-/// Assigns rows to keyframes; `lever` is the point in the sensor's frame. The way between a stamp
-/// and the reference scan is the odometry's. Throws std::runtime_error with file and line for a
-/// keyframe that is not there.
+/// Assigns rows to keyframes; `lever` is the point in the sensor's frame of rows without one. The
+/// way between a stamp and the reference scan is the odometry's. Throws std::runtime_error with
+/// file and line for a keyframe that is not there.
 AssignedPositions assign_positions(const SessionData& session, const std::vector<PositionRow>& rows,
                                    const Eigen::Vector3d& lever, const std::string& file);
 

@@ -1,8 +1,10 @@
 #include "src/apps/map/position_file.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <stdexcept>
 #include <utility>
@@ -78,17 +80,22 @@ class PositionParser {
         {{"x", "y", "z", "sigma_xy", "sigma_z"}, Form::kCartesian},
         {{"z", "sigma_z"}, Form::kHeight},
         {{"latitude", "longitude", "height", "sigma_xy", "sigma_z"}, Form::kDegrees}};
-    const Names names(fields_.begin() + 1, fields_.end());
+    Names names(fields_.begin() + 1, fields_.end());
+    columns_ = fields_.size();
+    const Names lever = {"lever_x", "lever_y", "lever_z"};
+    has_lever_ = names.size() > 3 && Names(names.end() - 3, names.end()) == lever;
+    if (has_lever_) names.resize(names.size() - 3);
+    sigma_z_ = names.size();
     for (const auto& [known, form] : kForms) {
       if (names == known && (fields_[0] == "keyframe" || fields_[0] == "stamp")) form_ = form;
     }
     if (!form_) {
       fail(
           "the first line names the columns: keyframe or stamp, then x,y,z,sigma_xy,sigma_z, or "
-          "z,sigma_z, or latitude,longitude,height,sigma_xy,sigma_z");
+          "z,sigma_z, or latitude,longitude,height,sigma_xy,sigma_z; then, if wanted, "
+          "lever_x,lever_y,lever_z");
     }
     by_stamp_ = fields_[0] == "stamp";
-    columns_ = fields_.size();
     const bool is_degrees = *form_ == Form::kDegrees;
     if (datum_ && !is_degrees) {
       fail("has no latitude and longitude, so --datum has no meaning");
@@ -133,7 +140,13 @@ class PositionParser {
         row.sigma_xy_m = deviation(4);
         break;
     }
-    row.sigma_z_m = deviation(columns_ - 1);
+    row.sigma_z_m = deviation(sigma_z_);
+    if (has_lever_) {
+      row.lever.emplace();
+      for (std::size_t i = 0; i < 3; ++i) {
+        (*row.lever)[static_cast<Eigen::Index>(i)] = number(sigma_z_ + 1 + i, -100.0, 100.0);
+      }
+    }
     rows_.push_back(row);
   }
 
@@ -188,6 +201,8 @@ class PositionParser {
   std::optional<Form> form_;
   bool by_stamp_ = false;
   std::size_t columns_ = 0;
+  std::size_t sigma_z_ = 0;  // its column
+  bool has_lever_ = false;
   std::map<std::int64_t, std::size_t> lines_;
   std::vector<PositionRow> rows_;
 };
@@ -210,6 +225,30 @@ std::vector<PositionRow> parse_positions(std::string_view text, const std::strin
   datasets::for_each_line(
       text, [&](std::string_view line, std::size_t number) { parser.take(line, number); });
   return std::move(parser).rows();
+}
+
+std::string format_positions(const std::vector<datasets::Fix>& fixes) {
+  const bool has_lever =
+      std::any_of(fixes.begin(), fixes.end(), [](const auto& fix) { return fix.lever; });
+  std::map<std::int64_t, const datasets::Fix*> by_stamp;
+  for (const datasets::Fix& fix : fixes) by_stamp.emplace(fix.stamp_ns, &fix);
+  std::string text = "stamp,latitude,longitude,height,sigma_xy,sigma_z";
+  text += has_lever ? ",lever_x,lever_y,lever_z\n" : "\n";
+  for (const auto& [stamp_ns, fix] : by_stamp) {
+    char line[200];
+    std::snprintf(line, sizeof line, "%lld.%09lld,%.10f,%.10f,%.4f,%.4f,%.4f",
+                  static_cast<long long>(stamp_ns / 1000000000),
+                  static_cast<long long>(stamp_ns % 1000000000), fix->latitude_deg,
+                  fix->longitude_deg, fix->height_m, fix->sigma_xy_m, fix->sigma_z_m);
+    text += line;
+    if (has_lever) {
+      const Eigen::Vector3d lever = fix->lever.value_or(Eigen::Vector3d::Zero());
+      std::snprintf(line, sizeof line, ",%.4f,%.4f,%.4f", lever.x(), lever.y(), lever.z());
+      text += line;
+    }
+    text += '\n';
+  }
+  return text;
 }
 
 }  // namespace unimapper::apps

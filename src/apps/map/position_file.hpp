@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "ports/datasets/dataset.hpp"
+
 namespace unimapper::apps {
 
 /// Origin of a local east-north-up frame on the ellipsoid WGS84.
@@ -30,20 +32,27 @@ struct PositionRow {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< metres; x and y are 0 of a height
   std::optional<double> sigma_xy_m;                    ///< none: only the height is known
   double sigma_z_m = 0.0;
+  std::optional<Eigen::Vector3d> lever;  ///< the point in the sensor's frame, metres
 };
 
 /// A place in the site frame, metres.
 using ToSite = std::function<Eigen::Vector3d(const Datum& place)>;
 
 /// Parses lines "KEY,x,y,z,sigma_xy,sigma_z", "KEY,z,sigma_z" or
-/// "KEY,latitude,longitude,height,sigma_xy,sigma_z", KEY being keyframe or stamp, below a line with
-/// these names. Lines that are blank or begin with # are left out. Throws std::runtime_error with
-/// `file` and line: what is no such line, a number that is none or out of range, a key that is
-/// there twice, no line at all, degrees without `to_site` or `datum`, and `datum` without degrees.
-/// Degrees go by `to_site`, where there is one.
+/// "KEY,latitude,longitude,height,sigma_xy,sigma_z", KEY being keyframe or stamp, all with or
+/// without ",lever_x,lever_y,lever_z", below a line with these names. Lines that are blank or begin
+/// with # are left out. Throws std::runtime_error with `file` and line: what is no such line, a
+/// number that is none or out of range, a key that is there twice, no line at all, degrees without
+/// `to_site` or `datum`, and `datum` without degrees. Degrees go by `to_site`, where there is one.
 [[nodiscard]] std::vector<PositionRow> parse_positions(std::string_view text,
                                                        const std::string& file,
                                                        const std::optional<Datum>& datum,
                                                        const ToSite& to_site = {});
+
+/// In a run folder: positions of its recording.
+inline constexpr const char* kPositionsFile = "positions.csv";
+
+/// Positions as lines that `parse_positions` reads; of several with one stamp the first one.
+[[nodiscard]] std::string format_positions(const std::vector<datasets::Fix>& fixes);
 
 }  // namespace unimapper::apps

@@ -139,6 +139,9 @@ void give_positions(const ProjectOptions& options, const PositionOption& given) 
   }
   const std::vector<PositionRow> rows =
       parse_positions(datasets::read_file(given.file), file, datum_of(given), to_site);
+  if (!given.lever.empty() && rows.front().lever) {
+    throw std::runtime_error("--lever: " + file + " has its own");
+  }
   const AssignedPositions assigned =
       assign_positions(read_session(options, row), rows, lever_of(given), file);
   if (assigned.positions.empty()) {

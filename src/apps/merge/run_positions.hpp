@@ -10,10 +10,7 @@
 
 namespace unimapper::apps {
 
-/// In a run folder: positions of its recording, as `parse_positions` reads them.
-inline constexpr const char* kPositionsFile = "positions.csv";
-
-/// The runs' files that are there.
+/// The runs' files of positions (`kPositionsFile`) that are there.
 [[nodiscard]] std::vector<std::filesystem::path> position_files(
     const std::vector<std::filesystem::path>& runs);
 

@@ -14,8 +14,8 @@
 namespace unimapper::apps {
 
 /// RUN/labels, RUN/final/labels, RUN/keyframes.lcmlog, RUN/loops.csv, RUN/stats.json, RUN/run.json,
-/// RUN/events.log. Once the folder is there, a file that cannot be written is counted and removed;
-/// the rest is not affected.
+/// RUN/events.log, and RUN/positions.csv of recordings with positions. Once the folder is there, a
+/// file that cannot be written is counted and removed; the rest is not affected.
 class RunFolder {
  public:
   /// Creates the folder, and removes an earlier run from it; `check_output_folder` says before

@@ -13,6 +13,7 @@
 #include "ports/keys/key_files.hpp"
 #include "ports/keys/signature.hpp"
 #include "ports/linux/boot_id.hpp"
+#include "src/apps/map/position_file.hpp"
 #include "src/apps/onboard/delivery.hpp"
 #include "src/apps/onboard/event_log.hpp"
 #include "src/apps/onboard/input_check.hpp"
@@ -436,6 +437,8 @@ void run_onboard(const OnboardOptions& options) {
 
   folder.failures().attempt([&events] { events.finish(); });
   folder.write_text("loops.csv", merge::format_loops_csv(loops));
+  const std::vector<datasets::Fix> fixes = dataset->fixes();
+  if (!fixes.empty()) folder.write_text(kPositionsFile, format_positions(fixes));
   if (const auto found = check_repeated_clouds(*dataset, repeated, scans)) {
     print_warning(*found);
     findings.push_back(*found);
@@ -465,7 +468,15 @@ void run_onboard(const OnboardOptions& options) {
   warn_of_labels(statistics);
   require_result(statistics);
   require_whole(options.out, folder.failures());
-  print_to(stderr, "onboard: the run is in {}; next: unimapper merge {} --out map\n",
+  if (!fixes.empty()) {
+    print_to(stderr,
+             "onboard: positions of satellites are in {}/{}; `unimapper merge --crs NAME` places "
+             "the map by them
+",
+             options.out.c_str(), kPositionsFile);
+  }
+  print_to(stderr, "onboard: the run is in {}; next: unimapper merge {} --out map
+",
            options.out.c_str(), options.out.c_str());
 }
 

@@ -83,6 +83,14 @@ class Bag {
     });
   }
 
+  /// One with each scan.
+  Bag& fixes(const std::string& topic, const std::vector<FixOfMessage>& fixes) {
+    return add(topic, "sensor_msgs/msg/NavSatFix", static_cast<int>(fixes.size()), [&](int i) {
+      return std::pair(stamp_of(i),
+                       fix_message(kEncoding, stamp_of(i), fixes[static_cast<std::size_t>(i)]));
+    });
+  }
+
   Bag& fixed(const std::string& parent, const std::string& child, double x) {
     return fixed(parent, child, at_x(x));
   }
@@ -255,6 +263,43 @@ TEST_CASE("poses without odometry are used, those of a goal beside odometry are 
              Contains("- poses: /goal"));
   CHECK_THAT(Bag().scans().poses("/a").poses("/b").error(),
              Contains("several topics of poses: /a") && Contains("--odometry-topic"));
+}
+
+TEST_CASE("fixes have their deviation and the antenna's place, and what is none is counted") {
+  const double nan = std::nan("");
+  const std::vector<FixOfMessage> fixes = {{},
+                                           {.sigma_m = 0.001},
+                                           {.covariance_type = 0},
+                                           {.sigma_m = nan},
+                                           {.status = -1},
+                                           {.latitude_deg = nan},
+                                           {.latitude_deg = 91.0},
+                                           {.latitude_deg = 0.0, .longitude_deg = 0.0},
+                                           {.height_m = 1e9}};
+  Bag bag;
+  bag.scans().odometry().fixed("base_link", "lidar", 0.5).fixes("/fix", fixes);
+  const std::string unplaced = notes_text(*bag.open());
+  CHECK_THAT(unplaced, Contains("! no transform tells where the antenna 'gps' is on the LiDAR"));
+  const auto dataset = bag.fixed("base_link", "gps", 2.0).open();
+  const std::vector<Fix> found = dataset->fixes();
+  REQUIRE(found.size() == 4);
+  CHECK(found[1].stamp_ns == stamp_of(1));
+  CHECK(found[0].latitude_deg == 48.1);
+  REQUIRE(found[0].lever);
+  CHECK(*found[0].lever == Eigen::Vector3d(1.5, 0.0, 0.0));
+  const double sigmas[] = {0.5, 0.005, 5.0, 5.0};
+  for (std::size_t i = 0; i < 4; ++i) CHECK(found[i].sigma_xy_m == sigmas[i]);
+  CHECK(found[2].sigma_z_m == 10.0);
+  CHECK_THAT(notes_text(*dataset),
+             Contains("- known positions: /fix (sensor_msgs/NavSatFix, 9 messages): 4 taken, 1 "
+                      "without a fix, 4 of no place, 2 taken with 5 m, 10 m in height, for no "
+                      "deviation is given") &&
+                 !Contains("no transform tells"));
+  // Of two receivers the one that knows better.
+  bag.fixes("/rtk", std::vector<FixOfMessage>(3, {.sigma_m = 0.005}));
+  CHECK(bag.open()->fixes().size() == 3);
+  CHECK_THAT(notes_text(*bag.open()), Contains("/rtk (sensor_msgs/NavSatFix, 3 messages): 3 taken; "
+                                               "left out are 1 other topics, which tell less"));
 }
 
 TEST_CASE("poses that another program made from a bag are handed in as a file") {

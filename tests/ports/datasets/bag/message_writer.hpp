@@ -91,6 +91,25 @@ inline std::string pose_message(Encoding encoding, std::int64_t stamp_ns, const 
   return MessageWriter(encoding).header(stamp_ns, frame).pose(pose).bytes();
 }
 
+/// sensor_msgs/NavSatFix but for its header.
+struct FixOfMessage {
+  std::int8_t status = 0;
+  double latitude_deg = 48.1;
+  double longitude_deg = 11.5;
+  double height_m = 520.0;
+  double sigma_m = 0.5;  ///< of each axis
+  std::uint8_t covariance_type = 2;
+};
+
+inline std::string fix_message(Encoding encoding, std::int64_t stamp_ns, const FixOfMessage& fix,
+                               std::string_view frame = "gps") {
+  MessageWriter writer(encoding);
+  writer.header(stamp_ns, frame).number(fix.status).number(std::uint16_t{1});
+  writer.number(fix.latitude_deg).number(fix.longitude_deg).number(fix.height_m);
+  for (int i = 0; i < 9; ++i) writer.number(i % 4 == 0 ? fix.sigma_m * fix.sigma_m : 0.0);
+  return writer.number(fix.covariance_type).bytes();
+}
+
 struct TransformOfMessage {
   std::int64_t stamp_ns;
   std::string parent;

@@ -107,6 +107,24 @@ TEST_CASE("odometry and poses are decoded in every encoding") {
   }
 }
 
+TEST_CASE("a fix is decoded in every encoding") {
+  for (const Encoding encoding : kEncodings) {
+    const std::string bytes = fix_message(encoding, kStamp_ns, {-1, 48.5, -11.25, 520.5, 0.5, 0});
+    const FixMessage fix = decode_fix(bytes, serialization_of(encoding));
+    CHECK(fix.header.stamp_ns == kStamp_ns);
+    CHECK(fix.header.frame == "gps");
+    CHECK(fix.status == -1);
+    CHECK(fix.latitude_deg == 48.5);
+    CHECK(fix.longitude_deg == -11.25);
+    CHECK(fix.height_m == 520.5);
+    CHECK(fix.variances == std::array{0.25, 0.25, 0.25});
+    CHECK_FALSE(fix.has_variances);
+    for (std::size_t cut = 0; cut < bytes.size(); ++cut) {
+      CHECK_THROWS_AS(decode_fix(bytes.substr(0, cut), serialization_of(encoding)), DatasetError);
+    }
+  }
+}
+
 TEST_CASE("every transform of a message is decoded in every encoding") {
   for (const Encoding encoding : kEncodings) {
     const auto message = transforms_message(
