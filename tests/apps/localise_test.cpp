@@ -35,6 +35,21 @@ TEST_CASE("a short run is answered keyframe by keyframe, and the store is left a
   check_fails(run_unimapper(localise, {"--out", poses}), "--replace overwrites it");
 }
 
+TEST_CASE("of a log with two sessions the one with that name is localised") {
+  const Project project;
+  const fs::path monday = project.run("monday", 12);
+  const fs::path tuesday = project.run("tuesday", 12);
+  project.done({"add", monday});
+  project.done({"merge"});
+  project.directory.write("both.lcmlog", read_text(monday / "keyframes.lcmlog") +
+                                             read_text(tuesday / "keyframes.lcmlog"));
+  const Words both = {"localise", project.directory / "both.lcmlog", "--store", project.store};
+  const std::string remedy = "choose one session with --session, of monday, tuesday";
+  check_fails(run_unimapper(both), remedy);
+  check_fails(run_unimapper(both, {"--session", "sunday"}), remedy);
+  CHECK_THAT(run_well(both, {"--session", "tuesday"}).out, Contains("keyframes localised"));
+}
+
 TEST_CASE("localisation without a store, a run or an epoch is refused in words") {
   const Project project;
   const std::string none = project.directory / "none";

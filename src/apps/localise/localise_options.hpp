@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 
 namespace unimapper::apps {
 
 struct LocaliseOptions {
-  std::filesystem::path run;             ///< a run folder or an event log with one session
+  std::filesystem::path run;             ///< a run folder or an event log
+  std::string session;                   ///< of several in it; empty: the only one
   std::filesystem::path store;           ///< folder of the store with the map
   std::int64_t epoch = 0;                ///< 0: the latest
   std::filesystem::path out;             ///< TUM file; empty: none

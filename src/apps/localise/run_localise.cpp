@@ -51,9 +51,14 @@ SessionData read_one_session(const LocaliseOptions& options) {
   StoredContents contents(merge::MergeConfig().kept_bytes());
   std::vector<InputSession> inputs =
       gather_sessions(merge_options, contents, std::filesystem::temp_directory_path());
-  if (inputs.size() == 1) return std::move(inputs.front().data);
-  throw std::runtime_error(options.run.string() + ": holds " + std::to_string(inputs.size()) +
-                           " sessions; one is localised at a time");
+  if (inputs.size() == 1 && options.session.empty()) return std::move(inputs.front().data);
+  std::string names;
+  for (InputSession& input : inputs) {
+    if (input.data.info.name == options.session) return std::move(input.data);
+    names += (names.empty() ? "" : ", ") + input.data.info.name;
+  }
+  throw std::runtime_error(options.run.string() + ": choose one session with --session, of " +
+                           names);
 }
 
 /// Standard deviation of the position along its three axes together, metres.
