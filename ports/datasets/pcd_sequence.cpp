@@ -15,9 +15,10 @@ fs::path find_cloud_directory(const fs::path& directory) {
 }
 
 fs::path find_poses_file(const fs::path& directory) {
-  fs::path named = find_child(directory, {"optimized_poses.txt", "poses.txt", "poses_tum.txt",
-                                          "poses_kitti.txt", "tum_poses.txt", "trajectory.txt",
-                                          "odom_poses.txt", "odometry.txt", "poses.csv"});
+  fs::path named =
+      find_child(directory, {"optimized_poses.txt", "poses.txt", "poses_tum.txt", "poses_kitti.txt",
+                             "tum_poses.txt", "trajectory.txt", "odom_poses.txt", "odometry.txt",
+                             "poses.csv", "pos_log.txt"});
   std::error_code error;
   if (!named.empty() || !fs::is_directory(directory, error)) return named;
   std::vector<fs::path> found;

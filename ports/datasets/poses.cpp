@@ -157,6 +157,15 @@ class TrajectoryParser {
   }
 
   [[noreturn]] void refuse_count(std::size_t count, std::size_t number) const {
+    constexpr std::size_t kLog = 20;  // FAST-LIO's has 20 or 25, Point-LIO's 25
+    if (count >= kLog && lower_case(file_.filename().string()) == "pos_log.txt") {
+      fail_at_line(
+          file_, number,
+          "this is a log of FAST-LIO or Point-LIO, of the IMU and from time 0 on, and does "
+          "not tell rotation vectors from angles; write the poses of the LiDAR from "
+          "/Odometry as poses_tum.txt (t x y z qx qy qz qw), or hand in a bag with that "
+          "topic; --own-odometry goes without");
+    }
     const bool may_be_angles = count == 6 || count == 7;
     fail_at_line(file_, number,
                  "expected a pose of 12 (KITTI) or 8 (TUM) columns, found " +

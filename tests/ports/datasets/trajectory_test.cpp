@@ -129,6 +129,16 @@ TEST_CASE("what is not a pose is refused with what is accepted") {
   }
 }
 
+TEST_CASE("the log of FAST-LIO is named and refused, whatever its version writes") {
+  for (const int columns : {20, 25}) {
+    std::string line = "0.100000";
+    for (int i = 1; i < columns; ++i) line += " 0.010000";
+    CHECK_THROWS_WITH(parse_trajectory(line + "\r\n", "drive/pos_log.txt"),
+                      Contains("log of FAST-LIO") && Contains("poses_tum.txt"));
+  }
+  CHECK(parse_trajectory("0.1 1 2 3 0 0 0 1\n", "pos_log.txt").poses.size() == 1);
+}
+
 TEST_CASE("whole stamps are in the unit that their size says") {
   const std::string pose = " 0 0 0 0 0 0 1\n";
   for (const auto& [first, second] :
