@@ -3,15 +3,16 @@
 
 usage: checks.py UNIMAPPER FOLDER KIND VALUE SEED...
 
-KIND is none, roll, pitch, yaw (degrees), x, y (m), late (s), over (the LiDAR upside down, its own
-odometry), or what happens half way: jump (m to the side), restart (at the origin) or carried (s
+KIND is none, roll, pitch, yaw (degrees), x, y (m), late (s), mirror (the y axis), over (the LiDAR
+upside down, its own odometry), or what happens half way: jump (m to the side), restart (at the origin) or carried (s
 without motion); names (scans in the order of their numbers as text).
- DRIVES=PATTERN: only these; VERBOSE=1: a line for each on stderr.
+ NOISE=DEGREES: of roll and pitch, on top of that. DRIVES=PATTERN: only these; VERBOSE=1: a line for each on stderr.
 """
 import fnmatch
 import json
 import math
 import os
+import random
 import struct
 import subprocess
 import sys
@@ -90,6 +91,16 @@ def broken(poses, times, kind, value):
     return poses[:middle] + [start] * (again - middle) + [product(onward, p) for p in poses[again:]]
 
 
+def noisy(poses, degrees):
+    dice = random.Random(4)
+    scattered = poses[:1]
+    for pose in poses[1:]:
+        for axis in ("roll", "pitch"):
+            pose = product(pose, mount(axis, dice.gauss(0.0, degrees)))
+        scattered.append(pose)
+    return scattered
+
+
 def make(source, target, kind, value):
     with open(os.path.join(source, "poses.txt")) as lines:
         numbers = [[float(v) for v in line.split()] for line in lines]
@@ -102,11 +113,16 @@ def make(source, target, kind, value):
         poses = broken(poses, times, kind, value)
     elif kind == "names":
         poses = [poses[k] for k in sorted(range(len(poses)), key=str)]
+    elif kind == "mirror":
+        poses = [[[-v if (r == 1) != (c == 1) else v for c, v in enumerate(row)]
+                  for r, row in enumerate(pose)] for pose in poses]
     elif kind == "over":
         over = mount("roll", 180.0)
         poses = [product(product(over, pose), over) for pose in poses]
     else:
         poses = [product(pose, inverse(mount(kind, value))) for pose in poses]
+    if os.environ.get("NOISE"):
+        poses = noisy(poses, float(os.environ["NOISE"]))
     for name in os.listdir(source):
         if name == "poses.txt":
             continue

@@ -53,6 +53,11 @@ faulty() {
   bench/input/checks.py "$unimapper" "$out" "$1" "$2" $seeds
 }
 
+# scattered DEGREES KIND VALUE: the same, with noise of roll and pitch in the poses
+scattered() {
+  NOISE=$1 faulty "$2" "$3"
+}
+
 rows() {
   local value
   only_layout || drives
@@ -69,6 +74,15 @@ rows() {
   row "the odometry starts anew half way" 6 faulty restart 0
   row "carried for 3 s half way" 6 faulty carried 3
   row "scans in the order of text" 6 faulty names 0
+  row "points mirrored along y" 6 faulty mirror 0
+  for value in 0.3 0.5 1.0; do
+    row "roll and pitch scatter by $value degrees" 6 scattered "$value" none 0
+  done
+  row "by 0.5 degrees, and yaw by 2 degrees" 6 scattered 0.5 yaw 2
+  row "by 0.5 degrees, and pitch by 2 degrees" 6 scattered 0.5 pitch 2
+  row "by 0.5 degrees, and lever arm, 1.2 m forward" 6 scattered 0.5 x 1.2
+  row "by 0.5 degrees, and poses late by 0.10 s" 6 scattered 0.5 late 0.10
+  row "by 0.5 degrees, and points mirrored along y" 6 scattered 0.5 mirror 0
 }
 
 table input-checks rows

@@ -12,19 +12,21 @@
 
 #include "src/core/quantile.hpp"
 #include "src/input/extrinsic.hpp"
+#include "src/input/pose_noise.hpp"
 
 namespace unimapper::input {
 namespace {
-
-Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& r) {
-  const Eigen::AngleAxisd turn(r);
-  return turn.angle() * turn.axis();
-}
 
 Eigen::Matrix3d rotated_by(const Eigen::Vector3d& vector) {
   const double angle = vector.norm();
   if (angle < 1e-12) return Eigen::Matrix3d::Identity();
   return Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix();
+}
+
+Eigen::Matrix3d cross(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return m;
 }
 
 /// Given poses at any time: the nearest one, moved on by the velocity about it. Interpolating
@@ -44,34 +46,6 @@ class GivenMotion {
   }
 
   [[nodiscard]] double interval_s() const { return interval_s_; }
-
-  /// Standard deviations per axis of what differs from pose to pose at random.
-  struct Noise {
-    double turned_rad = 0.0;
-    double moved_m = 0.0;
-  };
-  /// Fourth differences: those of driving and swaying are small against those of noise.
-  [[nodiscard]] Noise noise() const {
-    constexpr std::size_t kMost = 400;
-    constexpr double kTwoAxes = 1.177;               // median of the length, in standard deviations
-    const double gain = kTwoAxes * std::sqrt(70.0);  // 1 -4 6 -4 1
-    std::vector<double> turned;
-    std::vector<double> moved;
-    const std::size_t step = 1 + poses_.size() / kMost;
-    for (std::size_t i = 2; i + 2 < poses_.size(); i += step) {
-      const auto turn = [&](std::size_t j) {
-        return rotation_vector(poses_[i].rotation.transpose() * poses_[j].rotation);
-      };
-      const auto at = [&](std::size_t j) -> Eigen::Vector3d {
-        return poses_[j].translation - poses_[i].translation;
-      };
-      turned.push_back((turn(i - 2) - 4.0 * (turn(i - 1) + turn(i + 1)) + turn(i + 2)).norm() /
-                       gain);
-      moved.push_back((at(i - 2) - 4.0 * (at(i - 1) + at(i + 1)) + at(i + 2)).norm() / gain);
-    }
-    if (turned.empty()) return {};
-    return {median(std::span(turned)), median(std::span(moved))};
-  }
 
   /// Empty beyond the ends and in gaps.
   [[nodiscard]] std::optional<Pose> at(std::int64_t stamp_ns, double later_s) const {
@@ -118,33 +92,34 @@ class GivenMotion {
 constexpr int kParameters = 8;
 using Parameters = Eigen::Matrix<double, kParameters, 1>;
 using Normal = Eigen::Matrix<double, kParameters, kParameters>;
-using Residual = Eigen::Matrix<double, 6, 1>;
+using Residual = Twist;
+using Jacobian = Eigen::Matrix<double, 6, kParameters>;
+using Covariance = Eigen::Matrix<double, 6, 6>;
 
 Pose mount_of(const Parameters& p) {
   return extrinsic_pose({p[3], p[4], p[5], p[0] * kDegreesPerRadian, p[1] * kDegreesPerRadian,
                          p[2] * kDegreesPerRadian});
 }
 
-/// Median of magnitudes as the standard deviation of normal errors.
-double scale_of(std::vector<double> magnitudes, double floor) {
-  constexpr double kNormal = 1.4826;
-  return std::hypot(kNormal * median(std::span(magnitudes)), floor);
-}
-
 class LeastSquares {
  public:
-  LeastSquares(const GivenMotion& given, std::span<const RegisteredMotion> motions)
-      : given_(given), motions_(motions) {
+  LeastSquares(const GivenMotion& given, const Twist& noise,
+               std::span<const RegisteredMotion> motions)
+      : given_(given), motions_(motions), noise_(noise) {
     constexpr double kAngle_rad = 20.0 / kDegreesPerRadian;
     // Roll that no turn shows would turn yaw into pitch.
     constexpr double kRoll_rad = 5.0 / kDegreesPerRadian;
     priors_ << kRoll_rad, kAngle_rad, kAngle_rad, 2.0, 2.0, 2.0, 1.0, 0.03;
   }
 
+  /// Delays with other noise would fit one mistake better than another by chance.
+  void keep_delay() { priors_[6] = 0.01; }
+
   struct Solution {
     Parameters parameters = Parameters::Zero();
     Parameters sigmas = Parameters::Zero();
-    Residual scales = Residual::Zero();
+    Residual scales = Residual::Zero();  ///< of the residuals
+    Twist noise = Twist::Zero();         ///< of the given poses
     double misfit = std::numeric_limits<double>::infinity();
     std::size_t motions = 0;
   };
@@ -152,6 +127,7 @@ class LeastSquares {
   [[nodiscard]] Solution solve(const Parameters& start, int iterations) const {
     Solution s;
     s.parameters = start;
+    s.noise = noise_;
     for (int k = 0; k < iterations; ++k) {
       if (!step(s)) return {};
     }
@@ -159,60 +135,148 @@ class LeastSquares {
   }
 
  private:
-  [[nodiscard]] std::optional<Residual> residual(const RegisteredMotion& motion,
-                                                 const Parameters& p) const {
-    const auto first = given_.at(motion.first_ns, p[6]);
-    const auto second = given_.at(motion.second_ns, p[6]);
+  static constexpr double kTuning = 2.385;  // of Cauchy weights, in standard deviations
+
+  [[nodiscard]] std::optional<Pose> given_motion(const RegisteredMotion& motion,
+                                                 double delay_s) const {
+    const auto first = given_.at(motion.first_ns, delay_s);
+    const auto second = given_.at(motion.second_ns, delay_s);
     if (!first || !second) return std::nullopt;
-    Pose moved = first->inverse() * *second;
-    moved.translation *= 1.0 + p[7];
+    return first->inverse() * *second;
+  }
+
+  /// The LiDAR's motion where the given frame moves by `given`.
+  [[nodiscard]] static Pose expected(Pose given, const Parameters& p) {
+    given.translation *= 1.0 + p[7];
     const Pose mount = mount_of(p);
-    const Pose expected = mount.inverse() * moved * mount;
+    return mount.inverse() * given * mount;
+  }
+
+  [[nodiscard]] static Residual difference(const Pose& expected, const Pose& registered) {
     Residual r;
-    r.head<3>() = rotation_vector(motion.T_first_second.rotation.transpose() * expected.rotation);
-    r.tail<3>() = expected.translation - motion.T_first_second.translation;
+    r.head<3>() = rotation_vector(registered.rotation.transpose() * expected.rotation);
+    r.tail<3>() = expected.translation - registered.translation;
     return r;
+  }
+
+  /// Derivatives of a residual by the parameters; empty where poses are missing. A mount shows in
+  /// turns that registration saw, so noise of the given ones is no evidence for it.
+  [[nodiscard]] std::optional<Jacobian> jacobian(const RegisteredMotion& motion,
+                                                 const Parameters& p, const Twist& noise) const {
+    const Pose& registered = motion.T_first_second;
+    const Pose mount = mount_of(p);
+    Pose unmounted = mount * registered * mount.inverse();
+    unmounted.translation /= 1.0 + p[7];
+    Jacobian j;
+    for (int k = 0; k < kParameters; ++k) {
+      const double by = k == 6 ? 0.01 : 1e-4;
+      Parameters there = p;
+      there[k] += by;
+      if (k != 6) {
+        j.col(k) = difference(expected(unmounted, there), registered) / by;
+        continue;
+      }
+      const auto now = given_motion(motion, p[6]);
+      const auto later = given_motion(motion, there[6]);
+      if (!now || !later) return std::nullopt;
+      j.col(k) = (difference(expected(*later, p), registered) -
+                  difference(expected(*now, p), registered)) /
+                 by;
+    }
+    // Speeds of poses that scatter are noise.
+    const Eigen::Vector3d turned = noise.head<3>();
+    const double most = 2.0 * least()[0];
+    for (int c = 0; c < 3; ++c) {
+      if (turned[c] > most) j(c, 6) = 0.0;
+    }
+    if (turned[2] > most) j(4, 6) = 0.0;
+    if (turned.head<2>().maxCoeff() > most) j(5, 6) = 0.0;
+    return j;
+  }
+
+  /// Of a residual by noise, which turns a motion and shifts its end by what it turns.
+  [[nodiscard]] static Covariance covariance(const Pose& moved, const Pose& mount,
+                                             const Twist& noise) {
+    const Eigen::Matrix3d axes = mount.rotation.transpose();
+    Covariance at_lidar = Covariance::Zero();
+    at_lidar.topLeftCorner<3, 3>() = axes;
+    at_lidar.bottomRightCorner<3, 3>() = axes;
+    at_lidar.bottomLeftCorner<3, 3>() = -axes * cross(mount.translation);
+    Covariance first = -Covariance::Identity();
+    first.topLeftCorner<3, 3>() = -moved.rotation.transpose();
+    first.bottomLeftCorner<3, 3>() = cross(moved.translation);
+    Covariance second = Covariance::Identity();
+    second.bottomRightCorner<3, 3>() = moved.rotation;
+    const Covariance of_pose = at_lidar * noise.cwiseAbs2().asDiagonal() * at_lidar.transpose();
+    return first * of_pose * first.transpose() + second * of_pose * second.transpose();
+  }
+
+  /// Logarithm of how unlikely a residual is, with such noise of the poses.
+  [[nodiscard]] static double misfit(Covariance noise, Residual r) {
+    // Registration is off by more now and then.
+    const Residual usual = 3.0 * least();
+    noise.diagonal() += usual.cwiseAbs2();
+    const Eigen::LLT<Covariance> factors(noise);
+    factors.matrixL().solveInPlace(r);
+    double sum = 0.0;
+    for (int c = 0; c < 6; ++c) {
+      sum += 0.5 * kTuning * kTuning * std::log1p(r[c] * r[c] / (kTuning * kTuning)) +
+             std::log(factors.matrixLLT()(c, c) / usual[c]);
+    }
+    return sum;
+  }
+
+  /// Standard deviations of registration itself.
+  [[nodiscard]] static Residual least() {
+    constexpr double kAngle_rad = 0.1 / kDegreesPerRadian;
+    constexpr double kShift_m = 0.02;
+    Residual sigmas;
+    sigmas << kAngle_rad, kAngle_rad, kAngle_rad, kShift_m, kShift_m, kShift_m;
+    return sigmas;
   }
 
   /// One Gauss-Newton step; false where too few motions have poses.
   [[nodiscard]] bool step(Solution& s) const {
     std::vector<Residual> residuals;
-    std::vector<Eigen::Matrix<double, 6, kParameters>> jacobians;
+    std::vector<Jacobian> jacobians;
+    std::vector<Pose> moved;
     for (const RegisteredMotion& motion : motions_) {
-      const auto r = residual(motion, s.parameters);
-      if (!r) continue;
-      Eigen::Matrix<double, 6, kParameters> j;
-      bool is_whole = true;
-      for (int k = 0; k < kParameters && is_whole; ++k) {
-        Parameters moved = s.parameters;
-        const double by = k == 6 ? 0.01 : 1e-4;
-        moved[k] += by;
-        const auto there = residual(motion, moved);
-        is_whole = there.has_value();
-        if (is_whole) j.col(k) = (*there - *r) / by;
-      }
-      if (!is_whole) continue;
-      residuals.push_back(*r);
-      jacobians.push_back(j);
+      const auto j = jacobian(motion, s.parameters, s.noise);
+      if (!j) continue;
+      jacobians.push_back(*j);
+      moved.push_back(expected(*given_motion(motion, s.parameters[6]), s.parameters));
+      residuals.push_back(difference(moved.back(), motion.T_first_second));
     }
     s.motions = residuals.size();
     if (2 * s.motions < motions_.size()) return false;
+    s.scales = scales_of(residuals).cwiseMax(least());
+    // What scans confirm is no noise. Two poses have it, and so few motions tell it to a factor
+    // of 2.
+    s.noise = noise_.cwiseMin(std::sqrt(2.0) * s.scales);
+    s.misfit = 0.0;
+    const Pose mount = mount_of(s.parameters);
+    for (std::size_t i = 0; i < residuals.size(); ++i) {
+      Covariance spread = covariance(moved[i], mount, s.noise);
+      s.misfit += misfit(spread, residuals[i]);
+      spread.diagonal() += least().cwiseAbs2();
+      const Eigen::LLT<Covariance> factors(spread);
+      factors.matrixL().solveInPlace(residuals[i]);
+      factors.matrixL().solveInPlace(jacobians[i]);
+    }
+    s.misfit /= static_cast<double>(s.motions);
     const Residual scales = scales_of(residuals);
     Normal normal = priors_.array().inverse().square().matrix().asDiagonal();
     Parameters gradient = -(normal * s.parameters);
-    s.misfit = 0.0;
     for (std::size_t i = 0; i < residuals.size(); ++i) {
       for (int c = 0; c < 6; ++c) {
-        constexpr double kTuning = 2.385;  // of Cauchy weights, in standard deviations
-        const double r = residuals[i][c] / scales[c];
+        const double scale = std::hypot(scales[c], 1.0);
+        const double r = residuals[i][c] / scale;
         const double weight = 1.0 / (1.0 + r * r / (kTuning * kTuning));
-        const Parameters j = jacobians[i].row(c).transpose() / scales[c];
+        const Parameters j = jacobians[i].row(c).transpose() / scale;
         normal += weight * j * j.transpose();
         gradient -= weight * r * j;
       }
     }
-    for (int c = 0; c < 6; ++c) s.misfit += std::log(scales[c]);
-    s.scales = scales;
     const Eigen::LDLT<Normal> factors(normal);
     s.parameters += factors.solve(gradient);
     const Normal covariance = factors.solve(Normal::Identity());
@@ -221,13 +285,11 @@ class LeastSquares {
   }
 
   [[nodiscard]] static Residual scales_of(const std::vector<Residual>& residuals) {
-    constexpr double kAngle_rad = 0.1 / kDegreesPerRadian;
-    constexpr double kShift_m = 0.02;
     Residual scales;
     for (int c = 0; c < 6; ++c) {
       std::vector<double> magnitudes;
       for (const Residual& r : residuals) magnitudes.push_back(std::fabs(r[c]));
-      scales[c] = scale_of(std::move(magnitudes), c < 3 ? kAngle_rad : kShift_m);
+      scales[c] = scale_of(std::move(magnitudes));
     }
     return scales;
   }
@@ -235,13 +297,15 @@ class LeastSquares {
   const GivenMotion& given_;
   std::span<const RegisteredMotion> motions_;
   Parameters priors_;  ///< standard deviations, for what the motion does not show
+  Twist noise_;        ///< of the given poses, as `measure_pose_noise`
 };
 
 /// Whether motions that are moved so are those that were registered.
 bool agrees(const LeastSquares::Solution& solution) {
   constexpr double kAgree_rad = 2.0 / kDegreesPerRadian;
   constexpr double kAgree_m = 0.4;
-  return solution.scales.head<3>().maxCoeff() <= kAgree_rad &&
+  const double noise_rad = solution.noise.head<3>().maxCoeff();
+  return solution.scales.head<3>().maxCoeff() <= std::hypot(kAgree_rad, 2.0 * noise_rad) &&
          solution.scales.tail<3>().maxCoeff() <= kAgree_m;
 }
 
@@ -300,16 +364,23 @@ Calibration calibrate(const Track& track, std::span<const RegisteredMotion> moti
   }
   if (scans_turn && !poses_turn) return {};
   const GivenMotion given(track);
-  const LeastSquares problem(given, motions);
+  const Twist noise = measure_pose_noise(track);
+  const LeastSquares problem(given, noise, motions);
   const double longest_s = std::max(1.0, 5.0 * given.interval_s());
   LeastSquares::Solution best;
+  LeastSquares::Solution near;
   for (int k = -kFarthest; k <= kFarthest; ++k) {
     Parameters start = Parameters::Zero();
     start[6] = k * given.interval_s();
     if (std::fabs(start[6]) > longest_s) continue;
     LeastSquares::Solution found = problem.solve(start, 4);
+    if (k == 0) near = found;
     if (found.misfit < best.misfit) best = found;
   }
+  // Other poses have other noise, which fits by chance: right drives that scatter had up to 32.
+  constexpr double kScatters_deg = 0.2;
+  const double surely = attitude_noise_deg(noise) > kScatters_deg ? 40.0 : 0.0;
+  if (!(static_cast<double>(motions.size()) * (near.misfit - best.misfit) > surely)) best = near;
   if (best.motions == 0) return {};
   best = problem.solve(best.parameters, 8);
   Calibration result;
@@ -332,6 +403,7 @@ Calibration calibrate(const Track& track, std::span<const RegisteredMotion> moti
   result.y_m = estimate(4, 1.0, kBias_m);
   result.z_m = estimate(5, 1.0, kBias_m);
   result.delay_s = estimate(6, 1.0, kBias_s);
+  result.attitude_noise_deg = attitude_noise_deg(best.noise);
   return result;
 }
 
@@ -342,16 +414,18 @@ MotionMistake find_motion_mistake(const Track& track, std::span<const Registered
   constexpr std::size_t kMostNamed = 3;
   constexpr int kIterations = 8;
   constexpr double kMount_rad = 10.0 / kDegreesPerRadian;
-  // Differences of logarithms; right drives had 30 and more in the other direction.
-  constexpr double kSurely = 12.0;
+  // Differences of logarithms; right drives, most of them with noise, had up to 2.4.
+  constexpr double kSurely = 6.0;
   constexpr double kAsWell = 6.0;
   MotionMistake result;
   if (motions.size() < kFewest || found.misfit == 0.0) return result;
   const auto misfit = [&](const std::function<Pose(const Pose&)>& correct) {
-    const GivenMotion given(
-        {track.size, [&](std::size_t i) { return correct(track.pose(i)); }, track.stamp_ns});
-    const LeastSquares::Solution fit =
-        LeastSquares(given, motions).solve(Parameters::Zero(), kIterations);
+    const Track corrected{track.size, [&](std::size_t i) { return correct(track.pose(i)); },
+                          track.stamp_ns};
+    const GivenMotion given(corrected);
+    LeastSquares problem(given, measure_pose_noise(corrected), motions);
+    problem.keep_delay();
+    const LeastSquares::Solution fit = problem.solve(Parameters::Zero(), kIterations);
     // A half turn of the mount would undo some mistakes, and make others.
     const bool is_upright = fit.parameters.head<3>().cwiseAbs().maxCoeff() < kMount_rad;
     return agrees(fit) && is_upright ? static_cast<double>(motions.size()) * fit.misfit
@@ -382,7 +456,9 @@ class DelayCosts {
  public:
   DelayCosts(const Track& track, std::span<const RegisteredMotion> motions) {
     const GivenMotion given(track);
-    noise_ = given.noise();
+    const Twist noise = measure_pose_noise(track);
+    turned_rad_ = noise.head<3>().maxCoeff();
+    moved_m_ = noise.tail<3>().maxCoeff();
     for (const RegisteredMotion& motion : motions) {
       std::array<double, kDelays>& sums = sums_.emplace_back();
       if (sums_.size() > 1) sums = sums_[sums_.size() - 2];
@@ -414,8 +490,8 @@ class DelayCosts {
   [[nodiscard]] double cost(const GivenMotion& given, const RegisteredMotion& motion,
                             double delay_s) const {
     const double metres = motion.T_first_second.translation.norm();
-    const double angle_rad = std::hypot(0.3 / kDegreesPerRadian, 2.0 * noise_.turned_rad);
-    const double shift_m = std::hypot(0.06, 2.0 * noise_.moved_m, metres * noise_.turned_rad);
+    const double angle_rad = std::hypot(0.3 / kDegreesPerRadian, 2.0 * turned_rad_);
+    const double shift_m = std::hypot(0.06, 2.0 * moved_m_, metres * turned_rad_);
     // Of a motion that cannot be compared: an outlier.
     constexpr double kUnknown = 10.0;
     const auto first = given.at(motion.first_ns, delay_s);
@@ -427,7 +503,8 @@ class DelayCosts {
     return std::min(kUnknown, std::log1p(turned * turned) + std::log1p(moved * moved));
   }
 
-  GivenMotion::Noise noise_;
+  double turned_rad_ = 0.0;  ///< noise of the given poses
+  double moved_m_ = 0.0;
   std::vector<std::array<double, kDelays>> sums_;  ///< up to each motion
 };
 

@@ -43,6 +43,8 @@ struct Calibration {
   Estimate delay_s;
 
   double interval_s = 0.0;  ///< median, from stamp to stamp
+  /// By how much roll or pitch of the given poses scatter from scan to scan, against the scans.
+  double attitude_noise_deg = 0.0;
   /// Logarithm of how unlikely the motions are with these estimates; without `motions` as well.
   double misfit = 0.0;
 
@@ -58,8 +60,10 @@ struct Calibration {
 
 /// Robust least squares (Gauss-Newton, Cauchy weights) of mount, delay and a scale of the
 /// odometry: with M the given motion at stamps plus delay and X the mount, X^-1 M X is the
-/// registered one. Delays of up to ten scans are searched, of a second or five scans at most. Fewer
-/// than eight motions tell nothing. O(motions), 20 ms for forty.
+/// registered one. Noise of the poses, as their fourth differences show it, widens the errors that
+/// residuals may have together; it is no evidence for a mount or a delay. Delays of up to ten scans
+/// are searched, of a second or five scans at most. Fewer than eight motions tell nothing.
+/// O(motions), 20 ms for forty.
 [[nodiscard]] Calibration calibrate(const Track& track, std::span<const RegisteredMotion> motions);
 
 /// Mistakes that make the given motions those that the scans show, the best first.

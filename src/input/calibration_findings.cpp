@@ -70,6 +70,19 @@ Finding check_mount(const Calibration& found, const std::optional<Pose>& T_base_
   return finding;
 }
 
+Finding check_attitude(const Calibration& found) {
+  constexpr double kSaidNoise_deg = 0.4;
+  Finding finding{"attitude", Severity::kFine, found.attitude_noise_deg, "degrees", {}};
+  if (found.attitude_noise_deg < kSaidNoise_deg) return finding;
+  finding.severity = Severity::kSuspicious;
+  finding.message = text(
+      "roll and pitch of the poses scatter by %.1f degrees from scan to scan, and the scans do "
+      "not: give poses of a better odometry; a roll of the mount or a mirrored axis may be "
+      "hidden",
+      found.attitude_noise_deg);
+  return finding;
+}
+
 Finding check_clock_step(const std::optional<ClockStep>& step, double time_offset_s) {
   Finding finding{"clock", Severity::kFine, 0.0, "s", {}};
   if (!step || !step->is_sure) return finding;

@@ -17,6 +17,9 @@ namespace unimapper::input {
 /// A mistake that was found: wrong. Says so if a delay would explain the motions, too.
 [[nodiscard]] Finding check_motion_mistake(const MotionMistake& mistake);
 
+/// Noise of the given poses from 0.4 degrees on, which hides what other checks find: suspicious.
+[[nodiscard]] Finding check_attitude(const Calibration& found);
+
 /// A clock that surely steps: wrong. `time_offset_s` is already added to the stamps of the poses.
 [[nodiscard]] Finding check_clock_step(const std::optional<ClockStep>& step, double time_offset_s);
 

@@ -11,6 +11,7 @@
 #include "src/core/cabin.hpp"
 #include "src/core/quantile.hpp"
 #include "src/input/agreement.hpp"
+#include "src/input/pose_noise.hpp"
 #include "src/input/shut_in.hpp"
 #include "src/input/text.hpp"
 
@@ -34,7 +35,7 @@ constexpr double kSlides = 0.03;
 
 double angle_deg(const Pose& pose) { return rotation_angle(pose.rotation) * kDegreesPerRadian; }
 
-bool is_off(const Pose& correction, double off_deg = kOff_deg) {
+bool is_off(const Pose& correction, double off_deg) {
   return correction.translation.norm() > kOff_m || angle_deg(correction) > off_deg;
 }
 
@@ -49,12 +50,17 @@ struct Step {
 class BreakSearch {
  public:
   BreakSearch(const Track& track, const std::function<void(std::size_t, datasets::Scan&)>& read)
-      : track_(track), read_(read) {}
+      : track_(track), read_(read) {
+    // Noise of both poses is no step that the robot did not make.
+    constexpr double kSurely = 5.0;
+    const double noise_deg = attitude_noise_deg(measure_pose_noise(track));
+    off_deg_ = std::max(kOff_deg, kSurely * std::sqrt(2.0) * noise_deg);
+  }
 
   OdometryBreaks run() {
     std::size_t checked = 0;
     for (std::size_t i = 1; i < track_.size && !is_hopeless(); ++i) {
-      const bool is_odd = differs_from_those_beside(i);
+      const bool is_odd = differs_from_those_beside(i, off_deg_);
       if (is_odd && checked + 1 < i) check(checked, i - 1);
       if (is_odd) checked = i - 1;
       if (!is_odd && !is_apart(checked, i) && i + 1 < track_.size) continue;
@@ -105,7 +111,7 @@ class BreakSearch {
   }
 
   /// Whether the step to scan `i` is far from what both steps beside it let expect.
-  [[nodiscard]] bool differs_from_those_beside(std::size_t i, double off_deg = kOff_deg) const {
+  [[nodiscard]] bool differs_from_those_beside(std::size_t i, double off_deg) const {
     const Pose step = motion(i - 1, i);
     const double lasts_s = seconds(i - 1, i);
     bool differs = false;
@@ -198,11 +204,12 @@ class BreakSearch {
     remember(best);
     step.correction = given.inverse() * shown;
     // Rings of a sparse sensor agree with no motion at all: they say nothing of this one.
-    const bool is_unmoved = pair.agreement(Pose()) >= best - kAsWell && !is_off(shown);
+    const bool is_unmoved = pair.agreement(Pose()) >= best - kAsWell && !is_off(shown, off_deg_);
     // In a bore registration slides along it.
     const bool slides = condition < kSlides;
     const bool is_known = (!is_unmoved && !slides) || is_beyond_reach(i, j);
-    step.is_doubtful = best >= agrees + kLittleBetter && is_off(step.correction) && is_known;
+    step.is_doubtful =
+        best >= agrees + kLittleBetter && is_off(step.correction, off_deg_) && is_known;
     step.is_contradicted = step.is_doubtful && best >= agrees + kBetter;
     return step;
   }
@@ -210,7 +217,7 @@ class BreakSearch {
   /// Whether the given motion is one that both sides of it do not let expect.
   [[nodiscard]] bool is_beyond_reach(std::size_t i, std::size_t j) const {
     // Noise of the attitude adds up over the poses that are compared.
-    return j == i + 1 && differs_from_those_beside(j, 2.0 * kOff_deg);
+    return j == i + 1 && differs_from_those_beside(j, 2.0 * off_deg_);
   }
 
   /// Whether the robot drove too far between both scans for them to show the same place, as fast as
@@ -239,7 +246,7 @@ class BreakSearch {
     const auto add = [&](const Pose& start) {
       const bool is_known = std::any_of(poses.begin(), poses.end(), [&](const Pose& other) {
         const Pose apart = other.inverse() * start;
-        return apart.is_finite() && !is_off(apart);
+        return apart.is_finite() && !is_off(apart, off_deg_);
       });
       if (!is_known) poses.push_back(start);
     };
@@ -263,7 +270,7 @@ class BreakSearch {
     doubtful_in_a_row_ = whole.is_doubtful ? doubtful_in_a_row_ + 1 : 0;
     // An odometry that slips or drifts is off by less than a step's limit at each scan. Where the
     // poses stand still, once is enough.
-    const bool stands = whole.is_contradicted && !is_off(motion(i, j));
+    const bool stands = whole.is_contradicted && !is_off(motion(i, j), off_deg_);
     const bool slips = doubtful_in_a_row_ >= 2 || stands;
     if (doubtful_in_a_row_ >= 2 && !before_.is_added) {
       add_slip(before_.last, before_.next, before_.step);
@@ -328,6 +335,7 @@ class BreakSearch {
 
   const Track& track_;
   const std::function<void(std::size_t, datasets::Scan&)>& read_;
+  double off_deg_ = kOff_deg;  ///< from which a motion is another one
   datasets::Scan scan_;
   std::map<std::size_t, View> views_;
   std::vector<double> usual_;  ///< agreement of the last pairs

@@ -34,12 +34,12 @@ struct OdometryBreaks {
 
 /// Compares scans half a second, three metres or eight degrees apart, at most five, one after the
 /// other, and both sides of every step that differs from those beside it. A step is contradicted if
-/// another motion, 0.3 m or 3 degrees away, makes the scans agree better, or none does. So are two
-/// pairs in a row that agree a little better with one, as behind wheels that slip. Scans from
-/// within a closed cabin say nothing of the odometry: a lift moves along with the robot. Three
-/// seconds in one are a break, unless the odometry rose or sank by a metre. The search ends where
-/// more than half of ten steps and more are contradicted. `read` fills a scan; every fifth or so is
-/// read. About 1 ms for each.
+/// another motion, 0.3 m or 3 degrees and five times the noise of roll and pitch away, makes the
+/// scans agree better, or none does. So are two pairs in a row that agree a little better with one,
+/// as behind wheels that slip. Scans from within a closed cabin say nothing of the odometry: a lift
+/// moves along with the robot. Three seconds in one are a break, unless the odometry rose or sank
+/// by a metre. The search ends where more than half of ten steps and more are contradicted. `read`
+/// fills a scan; every fifth or so is read. About 1 ms for each.
 [[nodiscard]] OdometryBreaks find_odometry_breaks(
     const Track& track, const std::function<void(std::size_t, datasets::Scan&)>& read);
 

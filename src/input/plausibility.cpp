@@ -223,6 +223,7 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
       leave_out_unseen_delay(delay_s, gained_agreement(track, pairs, delay_s.value));
     }
     add_motion_findings(result, odometry, given);
+    findings.push_back(check_attitude(result.calibration));
     if (!breaks) result.steps.breaks.clear();
   } else {
     findings.push_back(check_speed(result.motion));

@@ -206,6 +206,44 @@ MotionMistake mistake_in(const Recorded& recorded) {
 
 }  // namespace
 
+TEST_CASE("Noise of the attitude is said; it is no mount, no delay and no mirrored axis",
+          "[calibration]") {
+  Drive drive;
+  drive.attitude_noise_deg = GENERATE(0.5, 1.0);
+  drive.motion_noise_m = 0.02;
+  drive.is_straight = GENERATE(false, true);
+  drive.seed = GENERATE(1U, 28U, 55U);  // one of them had each before
+  const Recorded recorded = drive.record();
+  const Calibration found = calibrate(recorded.track(), recorded.motions);
+  CHECK(found.motions > 0);
+  CHECK(check_mount(found, {}).message.empty());
+  CHECK(check_time(found, 0.0).message.empty());
+  CHECK(mistake_in(recorded).names.empty());
+  const Finding attitude = check_attitude(found);
+  CHECK(attitude.severity == Severity::kSuspicious);
+  CHECK(attitude.figure == Approx(drive.attitude_noise_deg).epsilon(0.25));
+  CHECK_THAT(attitude.message, Contains("roll and pitch of the poses scatter by "));
+}
+
+TEST_CASE("Noise of the attitude hides no yaw, pitch, lever arm and delay", "[calibration]") {
+  Drive drive{extrinsic_pose({1.0, 0.0, 0.0, 0.0, 2.0, -2.0}), 0.15};
+  drive.attitude_noise_deg = 0.5;
+  drive.motion_noise_m = 0.02;
+  const Calibration found = drive.calibrated();
+  CHECK(check_mount(found, {}).severity == Severity::kWrong);
+  CHECK(found.sure_delay_s() == Approx(0.15).margin(0.02));
+  CHECK(found.yaw_deg.value == Approx(-2.0).margin(0.2));
+  CHECK(found.pitch_deg.value == Approx(2.0).margin(0.4));
+  CHECK(found.x_m.value == Approx(1.0).margin(0.15));
+}
+
+TEST_CASE("A robot that sways as its scans do has no noise", "[calibration]") {
+  Drive drive;
+  drive.sway_deg = 6.0;
+  const Calibration found = drive.calibrated();
+  CHECK(check_attitude(found).severity == Severity::kFine);
+}
+
 TEST_CASE("Points that are mirrored along an axis are told, on a straight road as well",
           "[calibration]") {
   struct Mirror {

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
+#include <random>
 #include <vector>
 
 #include "src/input/motion_check.hpp"
@@ -130,6 +131,23 @@ TEST_CASE("poses of another convention are wrong, and the message names the reme
   CHECK_THAT(found, Contains("wrong motion: ") && Contains(mistake.remedy));
 }
 
+TEST_CASE("an attitude that scatters by a degree is said, and nothing else is blamed") {
+  MemoryDataset recording = drive();
+  std::mt19937 random(7);  // NOLINT: the same noise every time
+  std::normal_distribution<double> noise(0.0, 1.0 / kDegreesPerRadian);
+  for (Pose& pose : recording.poses) {
+    const double roll = noise(random);
+    const double pitch = noise(random);
+    pose.rotation *= (Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()) *
+                      Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()))
+                         .toRotationMatrix();
+  }
+  const std::string found = examined(recording);
+  INFO(found);
+  CHECK_THAT(found, Contains("suspicious attitude: roll and pitch of the poses scatter by ") &&
+                        !Contains("wrong") && !Contains("odometry: "));
+}
+
 TEST_CASE("a heading that drifts for half a second is said, and no mount is blamed") {
   MemoryDataset recording = drive();
   const Pose drift = level_pose(0.0, 0.0, 2.5 / kDegreesPerRadian);
@@ -160,8 +178,8 @@ TEST_CASE("poses of a mount that is off, or late by part of a scan, are said wit
           Eigen::Quaterniond(later.rotation).slerp(0.5, Eigen::Quaterniond(earlier.rotation)),
           Eigen::Vector3d(0.5 * (later.translation + earlier.translation))};
     }
-    CHECK_THAT(examined(recording), Contains("wrong time: the poses are 0.15 s late") &&
-                                        Contains("--time-offset -0.15"));
+    CHECK_THAT(examined(recording),
+               Contains("wrong time: the poses are 0.15 s late") && Contains("--time-offset -0.1"));
   }
 }
 
