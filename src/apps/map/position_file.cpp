@@ -1,10 +1,11 @@
 #include "src/apps/map/position_file.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <stdexcept>
 #include <utility>
@@ -235,16 +236,12 @@ std::string format_positions(const std::vector<datasets::Fix>& fixes) {
   std::string text = "stamp,latitude,longitude,height,sigma_xy,sigma_z";
   text += has_lever ? ",lever_x,lever_y,lever_z\n" : "\n";
   for (const auto& [stamp_ns, fix] : by_stamp) {
-    char line[200];
-    std::snprintf(line, sizeof line, "%lld.%09lld,%.10f,%.10f,%.4f,%.4f,%.4f",
-                  static_cast<long long>(stamp_ns / 1000000000),
-                  static_cast<long long>(stamp_ns % 1000000000), fix->latitude_deg,
-                  fix->longitude_deg, fix->height_m, fix->sigma_xy_m, fix->sigma_z_m);
-    text += line;
+    text += fmt::format("{}.{:09},{:.10f},{:.10f},{:.4f},{:.4f},{:.4f}", stamp_ns / 1000000000,
+                        stamp_ns % 1000000000, fix->latitude_deg, fix->longitude_deg, fix->height_m,
+                        fix->sigma_xy_m, fix->sigma_z_m);
     if (has_lever) {
       const Eigen::Vector3d lever = fix->lever.value_or(Eigen::Vector3d::Zero());
-      std::snprintf(line, sizeof line, ",%.4f,%.4f,%.4f", lever.x(), lever.y(), lever.z());
-      text += line;
+      text += fmt::format(",{:.4f},{:.4f},{:.4f}", lever.x(), lever.y(), lever.z());
     }
     text += '\n';
   }

@@ -1,9 +1,9 @@
 #include "src/apps/map/projection.hpp"
 
+#include <fmt/format.h>
 #include <proj.h>
 
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 #include <string_view>
 
@@ -152,12 +152,10 @@ std::string Projection::doubt(const Eigen::Vector3d& position) const {
   const bool is_there = eastward <= width + kMarginDeg && at.lp.phi >= south - kMarginDeg &&
                         at.lp.phi <= north + kMarginDeg;
   if (is_there) return {};
-  char text[200];
-  std::snprintf(text, sizeof text,
-                "the position %.1f %.1f is at latitude %.2f, longitude %.2f, which is not where "
-                "the system is used (%.1f to %.1f, %.1f to %.1f): are these coordinates of it?",
-                position.x(), position.y(), at.lp.phi, at.lp.lam, south, north, west, east);
-  return system_.name + ": " + text;
+  return fmt::format(
+      "{}: the position {:.1f} {:.1f} is at latitude {:.2f}, longitude {:.2f}, which is not where "
+      "the system is used ({:.1f} to {:.1f}, {:.1f} to {:.1f}): are these coordinates of it?",
+      system_.name, position.x(), position.y(), at.lp.phi, at.lp.lam, south, north, west, east);
 }
 
 }  // namespace unimapper::apps

@@ -154,7 +154,7 @@ void print_project(const MapJson& json) {
              word(session["state"]),
              session.contains("reason") ? (": " + word(session["reason"])).c_str() : "");
   }
-  if (json.contains("crs")) std::printf("system     %s\n", word(json["crs"]).c_str());
+  if (json.contains("crs")) print_to(stdout, "system     {}\n", word(json["crs"]));
   for (const MapJson& statement : json["statements"]) {
     const std::string about = statement.contains("session")
                                   ? word(statement["session"])

@@ -471,12 +471,10 @@ void run_onboard(const OnboardOptions& options) {
   if (!fixes.empty()) {
     print_to(stderr,
              "onboard: positions of satellites are in {}/{}; `unimapper merge --crs NAME` places "
-             "the map by them
-",
+             "the map by them\n",
              options.out.c_str(), kPositionsFile);
   }
-  print_to(stderr, "onboard: the run is in {}; next: unimapper merge {} --out map
-",
+  print_to(stderr, "onboard: the run is in {}; next: unimapper merge {} --out map\n",
            options.out.c_str(), options.out.c_str());
 }
 
