@@ -11,7 +11,9 @@
 #include <utility>
 
 #include "src/merge/graph/map_level.hpp"
+#include "src/merge/graph/position_sigma.hpp"
 #include "src/merge/graph/site_origin.hpp"
+#include "src/merge/loops/loop_acceptance.hpp"
 #include "src/merge/loops/loop_source.hpp"
 #include "src/merge/loops/radius_search.hpp"
 #include "src/merge/loops/searched_loops.hpp"
@@ -62,6 +64,7 @@ class PoseMerge {
     level_map();
     transform_sessions();
     record_loops();
+    tell_unsure_positions();
     return std::move(result_);
   }
 
@@ -271,6 +274,44 @@ class PoseMerge {
       const char* by_search = recorded < by_descriptor_ ? "descriptor" : "radius";
       decision.reason = by_person ? kLinkedByPerson : by_search;
       decision.reason += unconstrained_along(result_.loops[recorded]);
+    }
+  }
+
+  /// How many times as far as assumed a session's odometry drifts, by its own loops that were
+  /// verified and refused.
+  [[nodiscard]] double drift_told(std::size_t session) const {
+    std::vector<LoopConstraint> refused;
+    std::size_t accepted = 0;
+    for (std::size_t i = 0; i < constraints_.size(); ++i) {
+      const LoopConstraint& loop = constraints_[i];
+      if (!loop.is_intra_session() || loop.query.session != session) continue;
+      if (alignment_.decisions[i].accepted) {
+        ++accepted;
+      } else {
+        refused.push_back(loop);
+      }
+    }
+    const AlignmentSession& of = alignment_sessions_[session];
+    return drift_by_refused(refused, accepted, {of.T_odometry_keyframe, config_.odometry, of.slips},
+                            scaled_to_extent(config_.acceptance, of.extent_m));
+  }
+
+  [[nodiscard]] bool has_positions(std::size_t session) const {
+    return std::any_of(result_.positions.begin(), result_.positions.end(), [&](const auto& p) {
+      return p.used && p.given.is_horizontal() && p.given.keyframe.session == session;
+    });
+  }
+
+  /// Sessions with known positions are as sure as these.
+  void tell_unsure_positions() {
+    for (std::size_t s = 0; s < sessions_.size(); ++s) {
+      double& scale = result_.sessions[s].drift_scale;
+      scale = std::max(scale, drift_told(s));
+    }
+    const auto sigmas_m = position_sigmas_m(sessions_, result_, config_.odometry);
+    for (std::size_t s = 0; s < sessions_.size(); ++s) {
+      std::string& reason = result_.sessions[s].reason;
+      if (reason.empty() && !has_positions(s)) reason = unsure_text(sessions_[s], sigmas_m[s]);
     }
   }
 

@@ -348,6 +348,29 @@ TEST_CASE("Loops within a session wait until another one at another place confir
   CHECK(intra_session_consistency(ends, far, config).waiting.size() == 2);
 }
 
+TEST_CASE("Loops that agree with each other and not with odometry tell how far it drifts",
+          "[acceptance]") {
+  const SessionPath path = straight(200, 1.0);
+  const auto drift = [&](double error_m, std::size_t count, std::size_t accepted) {
+    std::vector<LoopConstraint> refused;
+    for (std::size_t i = 0; i < count; ++i) {
+      refused.push_back(loop(path, 120 + 10 * i, path, 10 + 10 * i, shifted(0.0, error_m)));
+    }
+    // Two that agree with nothing.
+    refused.push_back(loop(path, 150, path, 12, shifted(7.0, 30.0)));
+    refused.push_back(loop(path, 190, path, 100, shifted(-20.0)));
+    return drift_by_refused(refused, accepted, path, {});
+  };
+  const double variance = path.variance(10, 120).translation + kSigmaM * kSigmaM;
+  const double error_m = 4.0 * std::sqrt(6.0 * variance);
+  CHECK(drift(error_m, 5, 0) == Approx(4.0).epsilon(0.02));
+  CHECK(drift(error_m, 5, 4) == Approx(4.0).epsilon(0.02));
+  CHECK(drift(error_m, 5, 5) == 1.0);  // as many say that it does not
+  CHECK(drift(error_m, 2, 0) == 1.0);
+  CHECK(drift(0.1 * error_m, 5, 0) == 1.0);
+  CHECK(drift(2.5 * error_m, 5, 0) == 1.0);  // another place that looks alike
+}
+
 TEST_CASE("A map is fitted to another by a single loop as well as by many", "[acceptance]") {
   const Pose T_match_query = turned_about({1, 2, 3}, 0.7, {10.0, -4.0, 2.0});
   std::vector<LoopConstraint> loops = true_loops(kPath, {2, 6, 10});

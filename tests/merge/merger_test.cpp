@@ -147,6 +147,10 @@ TEST_CASE("Zero sessions, one session, empty sessions", "[merger]") {
   const MergeResult one = merged({some});
   CHECK(one.sessions[0].status == SessionStatus::kCentral);
   CHECK(one.changes.empty());
+  CHECK(one.sessions[0].reason.empty());
+  MergeConfig drifting;
+  drifting.odometry.translation_m_per_sqrt_m = 1.0;
+  CHECK(merge_poses({some}, drifting).sessions[0].reason.find("are sure to") != std::string::npos);
   CHECK_FALSE(one.map.empty());
   const MergeResult beside = merged({nothing, some});
   CHECK(beside.central_session == 1);

@@ -36,16 +36,18 @@ enum class SessionStatus { kCentral, kMerged, kProvisional, kUnconnected };
 /// its own frame: `T_map_session` is the identity then.
 struct MergedSession {
   SessionStatus status = SessionStatus::kUnconnected;  ///< whether it is connected to the map
-  /// Why it is not connected, or what is wrong with its odometry; else empty.
+  /// Why it is not connected, what is wrong with its odometry, or where its positions are unsure;
+  /// else empty.
   std::string reason;
   Pose T_map_session;                ///< the anchor node: session odometry frame to the map frame
   std::vector<Pose> T_map_keyframe;  ///< by keyframe: levelled keyframe frame to map frame, metres
   std::vector<RefinedKeyframe> refined;  ///< refined labels, by keyframe
   /// By keyframe the standard deviation of its position along the horizontal axis that is known
-  /// least, metres, relative to the central session's first keyframe, by odometry and accepted
-  /// loops. Only of a whole map, and of sessions in it.
+  /// least, metres, relative to the central session as a whole, by odometry and accepted loops.
+  /// Only of a whole map, and of sessions in it.
   std::vector<double> position_sigma_m;
-  /// How many times as far as assumed its odometry drifts (`Alignment::drift_scale`); not stored.
+  /// How many times as far as assumed its odometry drifts: `Alignment::drift_scale`, or what the
+  /// session's own loops say that were refused because they contradict it; not stored.
   double drift_scale = 1.0;
 };
 

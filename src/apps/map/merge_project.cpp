@@ -91,6 +91,7 @@ void merge_project(const ProjectOptions& options, const MapMergeOptions& merge_o
   }
   std::cerr << "unimapper: " << merge.verified << '\n';
   report_positions(merge.result, merge.sessions);
+  warn_of_merged_sessions(merge.sessions, merge.result);
   std::cerr << waiting_text(merge.sessions, merge.result, options.store.string());
   const auto epoch = writer.commit("merge", [&](store::ProjectState& next) {
     next.epoch.result = writer.keep(merge.stored);
@@ -136,6 +137,7 @@ void export_project(const ProjectOptions& options, const MapExportOptions& outpu
   if (scene) scene->publish();
   if (!output.reference.truths.empty()) std::cout << summary_table(report);
   warn_of_walls_apart(sessions, report.qualities);
+  warn_of_merged_sessions(sessions, result);
   std::cerr << "unimapper: the map of epoch " << map.epoch << " is in " << output.out.string()
             << '\n';
 }

@@ -184,6 +184,7 @@ void run_merge(const MergeOptions& options) {
   if (scene) scene->publish();
   std::cout << summary_table(report);
   warn_of_walls_apart(sessions, report.qualities);
+  warn_of_merged_sessions(sessions, result);
   const std::string waiting = waiting_text(sessions, result, "STORE");
   if (!waiting.empty()) {
     std::cerr << waiting << "unimapper: in a project: `unimapper map create`, `add` and `merge` "

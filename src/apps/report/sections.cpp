@@ -145,6 +145,10 @@ std::string sessions_section(const Summary& summary) {
          percent(session.dynamic_share, 1)});
   }
   std::string html = "<h2>Sessions</h2>\n" + table.html();
+  for (const SessionSummary& session : summary.sessions) {
+    if (!merge::is_in_map(session.status) || session.reason.empty()) continue;
+    html += "<p class=\"bad\">" + escaped(session.name + ": " + session.reason) + "</p>\n";
+  }
   if (!complete) {
     html +=
         "<p class=\"soft\"><span class=\"warn\">+?</span>: the end of the session never "

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iostream>
 
 namespace unimapper::apps {
 namespace {
@@ -187,6 +188,16 @@ std::string waiting_text(const std::vector<SessionData>& sessions, const MergeRe
     }
   }
   return text;
+}
+
+void warn_of_merged_sessions(const std::vector<SessionData>& sessions,
+                             const merge::MergeResult& result) {
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    const merge::MergedSession& merged = result.sessions[s];
+    if (!merge::is_in_map(merged.status) || merged.reason.empty()) continue;
+    std::cerr << "unimapper: warning: session " << sessions[s].info.name << ": " << merged.reason
+              << '\n';
+  }
 }
 
 }  // namespace unimapper::apps

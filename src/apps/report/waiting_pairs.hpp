@@ -38,4 +38,9 @@ struct WaitingPair {
 [[nodiscard]] std::string waiting_text(const std::vector<SessionData>& sessions,
                                        const merge::MergeResult& result, const std::string& store);
 
+/// Says on stderr what is wrong with sessions that are in the map: their odometry steps, or too few
+/// loops hold them.
+void warn_of_merged_sessions(const std::vector<SessionData>& sessions,
+                             const merge::MergeResult& result);
+
 }  // namespace unimapper::apps

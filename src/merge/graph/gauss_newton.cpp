@@ -59,19 +59,74 @@ class GaussNewton {
     return summary;
   }
 
-  std::vector<Matrix6d> covariances() {
+  /// Of horizontal positions less the motion that fits those of `frame` best: a linear map of the
+  /// errors, so covariances with the motion are all it takes.
+  std::vector<Eigen::Matrix2d> covariances(std::span<const std::size_t> frame) {
     linearize();
     if (!matrix_.factorize()) return {};
-    const std::vector<Matrix6d> of_variables = matrix_.inverse_diagonal();
-    std::vector<Matrix6d> of_nodes(graph_.nodes.size(), Matrix6d::Zero());
-    for (std::size_t i = 0; i < variables_.size(); ++i) {
-      if (variables_[i] != kNoBlock) of_nodes[i] = of_variables[variables_[i]];
+    const std::vector<Matrix6d> marginal = matrix_.inverse_diagonal();
+    const Eigen::Vector2d centre = centre_of(frame);
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    for (const std::size_t i : frame) {
+      normal += by_motion(i, centre).transpose() * by_motion(i, centre);
+    }
+    // Of nodes in one place nothing but their edges tells the heading.
+    if (normal(2, 2) < kLeastSpreadM2) normal(2, 2) = std::numeric_limits<double>::infinity();
+    const Eigen::Matrix3d inverse = normal.diagonal().cwiseInverse().asDiagonal();
+    const std::vector<Eigen::Matrix<double, 2, 3>> with_sums = covariances_with(frame, centre);
+    Eigen::Matrix3d of_sums = Eigen::Matrix3d::Zero();
+    for (const std::size_t i : frame) of_sums += by_motion(i, centre).transpose() * with_sums[i];
+    std::vector<Eigen::Matrix2d> of_nodes(graph_.nodes.size());
+    for (std::size_t i = 0; i < of_nodes.size(); ++i) {
+      const Eigen::Matrix<double, 2, 3> moved = by_motion(i, centre) * inverse;
+      const Eigen::Matrix2d crossed = with_sums[i] * moved.transpose();
+      of_nodes[i] = moved * of_sums * moved.transpose() - crossed - crossed.transpose();
+      if (variables_[i] != kNoBlock) {
+        of_nodes[i] += marginal[variables_[i]].topLeftCorner<2, 2>();
+      }
     }
     return of_nodes;
   }
 
  private:
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  static constexpr double kLeastSpreadM2 = 1.0;
+
+  [[nodiscard]] Eigen::Vector2d centre_of(std::span<const std::size_t> nodes) const {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    for (const std::size_t i : nodes) sum += graph_.T_map_node(i).translation.head<2>();
+    return sum / static_cast<double>(nodes.size());
+  }
+
+  /// How a shift along x and y and a turn about the centre move a node.
+  [[nodiscard]] Eigen::Matrix<double, 2, 3> by_motion(std::size_t node,
+                                                      const Eigen::Vector2d& centre) const {
+    const Eigen::Vector2d at = graph_.T_map_node(node).translation.head<2>() - centre;
+    Eigen::Matrix<double, 2, 3> by;
+    by << 1.0, 0.0, -at.y(), 0.0, 1.0, at.x();
+    return by;
+  }
+
+  /// By node the covariance of its position with the right side of the motion's normal equations.
+  [[nodiscard]] std::vector<Eigen::Matrix<double, 2, 3>> covariances_with(
+      std::span<const std::size_t> frame, const Eigen::Vector2d& centre) const {
+    std::vector<Eigen::Matrix<double, 2, 3>> covariances(graph_.nodes.size(),
+                                                         Eigen::Matrix<double, 2, 3>::Zero());
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      std::vector<Vector6d> sums(count_, Vector6d::Zero());
+      for (const std::size_t i : frame) {
+        if (variables_[i] != kNoBlock) {
+          sums[variables_[i]].head<2>() += by_motion(i, centre).col(axis);
+        }
+      }
+      matrix_.solve(sums);
+      for (std::size_t i = 0; i < covariances.size(); ++i) {
+        if (variables_[i] != kNoBlock) covariances[i].col(axis) = sums[variables_[i]].head<2>();
+      }
+    }
+    return covariances;
+  }
 
   std::vector<std::size_t> number_variables(const PoseGraph& graph) {
     std::vector<std::size_t> variables(graph.nodes.size(), kNoBlock);
@@ -168,9 +223,10 @@ SolveSummary optimize_one_map(PoseGraph& graph, std::uint32_t max_iterations, do
   return GaussNewton(graph).run(max_iterations, tolerance);
 }
 
-std::vector<Matrix6d> node_covariances(PoseGraph graph) {
+std::vector<Eigen::Matrix2d> position_covariances(PoseGraph graph,
+                                                  std::span<const std::size_t> frame) {
   check_one_map(graph);
-  return GaussNewton(graph).covariances();
+  return GaussNewton(graph).covariances(frame);
 }
 
 }  // namespace unimapper::merge

@@ -1,7 +1,9 @@
 // Gauss-Newton method on large pose graphs of one map.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "unimapper/merge/pose_graph.hpp"
@@ -14,10 +16,11 @@ namespace unimapper::merge {
 /// `optimize`, and for graphs with several anchors.
 SolveSummary optimize_one_map(PoseGraph& graph, std::uint32_t max_iterations, double tolerance);
 
-/// Marginal covariance of each node of a graph with one anchor, by translations in the map frame
-/// and rotations applied on the right, metres and radians, linearised where the nodes are; zero for
-/// fixed nodes and those without edges. Empty where the edges leave a node free. Costs two
-/// factorisations. Throws as `optimize_one_map`.
-std::vector<Matrix6d> node_covariances(PoseGraph graph);
+/// Covariance of each node's horizontal position in a graph with one anchor, square metres,
+/// linearised where the nodes are. Relative to the nodes of `frame`: what a shift and a turn about
+/// the vertical that fit these best leave of the errors. Empty where the edges leave a node free.
+/// Costs two factorisations. Throws as `optimize_one_map`.
+std::vector<Eigen::Matrix2d> position_covariances(PoseGraph graph,
+                                                  std::span<const std::size_t> frame);
 
 }  // namespace unimapper::merge

@@ -63,6 +63,13 @@ struct IntraSessionLoops {
   std::vector<std::size_t> waiting;   ///< nothing confirms them yet
 };
 
+/// How many times as far as modelled odometry drifts if the largest set of loops that agree with
+/// each other is right, of those within one session that were verified and refused. Exactly 1 where
+/// it has too few loops, no more than were accepted, or asks for so much that another place that
+/// looks alike is likelier. O(n^2) and a bounded clique search.
+double drift_by_refused(std::span<const LoopConstraint> refused, std::size_t accepted,
+                        const SessionPath& path, const AcceptanceConfig& config);
+
 /// The consistent loops within one session.
 IntraSessionLoops intra_session_consistency(std::span<const LoopConstraint> loops,
                                             const SessionPath& path,
