@@ -115,6 +115,20 @@ std::string encode(Encoding encoding, const Odometry& odometry, std::uint32_t se
   return bytes.take();
 }
 
+std::string encode(Encoding encoding, const Imu& imu, std::uint32_t sequence) {
+  constexpr int kCovariance = 9;
+  MessageBytes bytes(encoding, sequence);
+  bytes.put(imu.header);
+  for (int i = 0; i < 4; ++i) bytes.put(0.0);  // orientation
+  bytes.put(-1.0);                             // of which there is none
+  for (int i = 1; i < kCovariance; ++i) bytes.put(0.0);
+  bytes.put(imu.angular_velocity);
+  for (int i = 0; i < kCovariance; ++i) bytes.put(0.0);
+  bytes.put(Eigen::Vector3d(0.0, 0.0, 0.0));  // acceleration
+  for (int i = 0; i < kCovariance; ++i) bytes.put(0.0);
+  return bytes.take();
+}
+
 std::string encode(Encoding encoding, const Transforms& transforms, std::uint32_t sequence) {
   MessageBytes bytes(encoding, sequence);
   bytes.put(static_cast<std::uint32_t>(transforms.size()));

@@ -22,6 +22,8 @@ enum class Encoding : std::uint8_t {
 /// The odometry as bytes. `sequence` numbers the headers of ROS 1. O(bytes).
 [[nodiscard]] std::string encode(Encoding encoding, const Odometry& odometry,
                                  std::uint32_t sequence = 0);
+/// The angular velocity as bytes. `sequence` numbers the headers of ROS 1. O(bytes).
+[[nodiscard]] std::string encode(Encoding encoding, const Imu& imu, std::uint32_t sequence = 0);
 /// The transforms as bytes. `sequence` numbers the headers of ROS 1. O(bytes).
 [[nodiscard]] std::string encode(Encoding encoding, const Transforms& transforms,
                                  std::uint32_t sequence = 0);

@@ -14,7 +14,7 @@ struct Definition {
   std::string_view ros2_fields = {};
 };
 
-constexpr std::array<Definition, 15> kDefinitions = {{
+constexpr std::array<Definition, 16> kDefinitions = {{
     {"sensor_msgs/PointCloud2",
      "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\n"
      "bool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n"},
@@ -25,6 +25,11 @@ constexpr std::array<Definition, 15> kDefinitions = {{
     {"nav_msgs/Odometry",
      "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n"
      "geometry_msgs/TwistWithCovariance twist\n"},
+    {"sensor_msgs/Imu",
+     "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\n"
+     "float64[9] orientation_covariance\ngeometry_msgs/Vector3 angular_velocity\n"
+     "float64[9] angular_velocity_covariance\ngeometry_msgs/Vector3 linear_acceleration\n"
+     "float64[9] linear_acceleration_covariance\n"},
     {"tf2_msgs/TFMessage", "geometry_msgs/TransformStamped[] transforms\n"},
     {"geometry_msgs/TransformStamped",
      "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n"},
@@ -56,6 +61,9 @@ std::vector<std::string_view> types_of(MessageType type) {
               "geometry_msgs/Quaternion",
               "geometry_msgs/TwistWithCovariance",
               "geometry_msgs/Twist",
+              "geometry_msgs/Vector3"};
+    case MessageType::kImu:
+      return {"sensor_msgs/Imu", "std_msgs/Header", "geometry_msgs/Quaternion",
               "geometry_msgs/Vector3"};
     case MessageType::kTransforms:
       break;
@@ -100,6 +108,8 @@ std::string_view ros1_md5(MessageType type) {
       return "1158d486dd51d683ce2f1be655c3c181";
     case MessageType::kOdometry:
       return "cd5e73d190d741a2f92e81eda573aca7";
+    case MessageType::kImu:
+      return "6a62c6daae103f4ff57a132d6f95cec2";
     case MessageType::kTransforms:
       break;
   }

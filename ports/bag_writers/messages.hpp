@@ -16,6 +16,7 @@ enum class MessageType : std::uint8_t {
   kPointCloud2,  ///< sensor_msgs/PointCloud2
   kOdometry,     ///< nav_msgs/Odometry
   kTransforms,   ///< tf2_msgs/TFMessage
+  kImu,          ///< sensor_msgs/Imu
 };
 
 /// Stamp and frame of a message.
@@ -72,6 +73,12 @@ struct Transform {
   Header header;
   std::string child_frame_id;
   Pose transform;
+};
+
+/// sensor_msgs/Imu that says it has no orientation; its acceleration is left zero.
+struct Imu {
+  Header header;
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< radians per second
 };
 
 /// tf2_msgs/TFMessage.

@@ -32,6 +32,7 @@ struct SimulateOptions {
   bool replaces = false;
   std::vector<std::string> bags;
   std::string extrinsic;
+  bool has_imu = false;
 };
 
 std::vector<std::string> known_sensors() {
@@ -120,7 +121,7 @@ void run(SimulateOptions& options, bool has_day) {
   simulator::DriveObserver observer;
   if (!containers.empty()) {
     observer = [&](const simulator::DriveStep& step) {
-      if (!bags) bags.emplace(containers, options.out, T_base_lidar);
+      if (!bags) bags.emplace(containers, options.out, T_base_lidar, options.has_imu);
       bags->write(step);
     };
   }
@@ -142,6 +143,10 @@ void add_bags(CLI::App& command, SimulateOptions& options) {
   command
       .add_option("--extrinsic", options.extrinsic,
                   "x,y,z,roll,pitch,yaw of the LiDAR on the bags' base_link, metres and degrees")
+      ->needs(bag);
+  command
+      .add_flag("--imu", options.has_imu,
+                "Write the angular velocity of base_link into the bags, too, with a bias and noise")
       ->needs(bag);
 }
 

@@ -27,16 +27,17 @@ std::filesystem::path path_of(bags::Container container, const std::filesystem::
 }  // namespace
 
 BagOutput::BagOutput(const std::vector<bags::Container>& containers,
-                     const std::filesystem::path& out, const Pose& T_base_lidar)
-    : T_base_lidar_(T_base_lidar) {
+                     const std::filesystem::path& out, const Pose& T_base_lidar, bool has_imu)
+    : T_base_lidar_(T_base_lidar), has_imu_(has_imu) {
   using bags::MessageType;
   for (const bags::Container container : containers) {
-    Bag bag{bags::create_bag(container, path_of(container, out)), 0, 0, 0, 0};
+    Bag bag{bags::create_bag(container, path_of(container, out)), 0, 0, 0, 0, 0};
     bag.points = bag.writer->add_topic({"/points", MessageType::kPointCloud2});
     bag.odometry = bag.writer->add_topic({"/odom", MessageType::kOdometry});
     bag.transforms = bag.writer->add_topic({"/tf", MessageType::kTransforms});
     bag.static_transforms =
         bag.writer->add_topic({"/tf_static", MessageType::kTransforms, /*is_latched=*/true});
+    if (has_imu) bag.imu = bag.writer->add_topic({"/imu", MessageType::kImu});
     bags_.push_back(std::move(bag));
   }
 }
@@ -71,8 +72,10 @@ void BagOutput::write_odometry(const simulator::OdometrySample& sample, bool wit
     odometry.velocity = moved.translation / seconds;
     odometry.turn_rate = turned.angle() / seconds * turned.axis();
   }
+  if (has_imu_ && last_stamp_ns_ != 0) write_imu(T_map_base, stamp_ns);
   last_stamp_ns_ = stamp_ns;
   last_pose_ = T_odom_base;
+  last_true_pose_ = T_map_base;
   bags::Transforms transforms = {{{stamp_ns, "odom"}, "base_link", T_odom_base}};
   if (with_truth) {
     transforms.push_back({{stamp_ns, "map"}, "odom", T_map_base * T_odom_base.inverse()});
@@ -81,6 +84,18 @@ void BagOutput::write_odometry(const simulator::OdometrySample& sample, bool wit
     bag.writer->write(bag.odometry, stamp_ns, odometry);
     bag.writer->write(bag.transforms, stamp_ns, transforms);
   }
+}
+
+/// The mean since the last sample of the odometry, stamped with the middle of that time.
+void BagOutput::write_imu(const Pose& T_map_base, std::int64_t stamp_ns) {
+  constexpr double kNoise_rad_s = 0.005;
+  const Eigen::Vector3d bias_rad_s(0.01, -0.02, 0.015);
+  const Eigen::AngleAxisd turned(last_true_pose_.rotation.transpose() * T_map_base.rotation);
+  const std::int64_t since_ns = stamp_ns - last_stamp_ns_;
+  bags::Imu imu{{stamp_ns - since_ns / 2, "base_link"}, bias_rad_s};
+  imu.angular_velocity += turned.angle() / (1e-9 * static_cast<double>(since_ns)) * turned.axis();
+  for (double& value : imu.angular_velocity) value += kNoise_rad_s * noise_.gauss();
+  for (Bag& bag : bags_) bag.writer->write(bag.imu, stamp_ns, imu);
 }
 
 void BagOutput::close() {

@@ -7,6 +7,7 @@
 
 #include "ports/bag_writers/bag_writer.hpp"
 #include "src/simulator/drive.hpp"
+#include "src/simulator/random.hpp"
 #include "unimapper/core/pose.hpp"
 
 namespace unimapper::apps {
@@ -16,12 +17,13 @@ namespace unimapper::apps {
 ///   and in the frame of its time;
 /// - /odom: Odometry of base_link in odom, 100 Hz;
 /// - /tf: odom to base_link, 100 Hz, and map to odom, 10 Hz, which makes the truth of both;
-/// - /tf_static: base_link to lidar.
+/// - /tf_static: base_link to lidar;
+/// - /imu, where asked for: angular velocity of base_link, 100 Hz, with a bias and noise.
 class BagOutput {
  public:
   /// Writes OUT/drive.mcap, OUT/drive.bag or OUT/drive/ for each of `containers`. Throws BagError.
   BagOutput(const std::vector<bags::Container>& containers, const std::filesystem::path& out,
-            const Pose& T_base_lidar);
+            const Pose& T_base_lidar, bool has_imu);
 
   /// Throws BagError.
   void write(const simulator::DriveStep& step);
@@ -31,16 +33,21 @@ class BagOutput {
  private:
   struct Bag {
     std::unique_ptr<bags::BagWriter> writer;
-    std::size_t points, odometry, transforms, static_transforms;
+    std::size_t points, odometry, transforms, static_transforms, imu;
   };
 
   void write_odometry(const simulator::OdometrySample& sample, bool with_truth);
 
+  void write_imu(const Pose& T_map_base, std::int64_t stamp_ns);
+
   std::vector<Bag> bags_;
   Pose T_base_lidar_;
+  bool has_imu_;
+  simulator::Random noise_{1};
   std::vector<bags::CloudPoint> points_;
   std::int64_t last_stamp_ns_ = 0;
   Pose last_pose_;
+  Pose last_true_pose_;
 };
 
 }  // namespace unimapper::apps

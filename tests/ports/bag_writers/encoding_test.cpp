@@ -77,6 +77,18 @@ TEST_CASE("an odometry ends with the covariance of its velocities") {
   CHECK((encode(Encoding::kRos1, odometry) == expected.view()));
 }
 
+TEST_CASE("an IMU says that it has no orientation") {
+  Expected expected;
+  expected.put_numbers({0});
+  expected.put_stamp();
+  expected.put_text("base");
+  expected.put_doubles({0.0, 0.0, 0.0, 0.0, -1.0});
+  for (int i = 1; i < 9; ++i) expected.put(0.0);
+  expected.put_doubles({1.0, 2.0, 3.0});
+  for (int i = 0; i < 9 + 3 + 9; ++i) expected.put(0.0);
+  CHECK((encode(Encoding::kRos1, Imu{{kStamp_ns, "base"}, {1.0, 2.0, 3.0}}) == expected.view()));
+}
+
 TEST_CASE("a point cloud describes its fields") {
   const CloudPoint point{1.5F, -2.5F, 3.5F, 0.25F, 17, -0.0625F};
   const PointCloud2 cloud{{kStamp_ns, "lidar"}, {&point, 1}};
