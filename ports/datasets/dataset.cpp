@@ -58,6 +58,10 @@ std::unique_ptr<Dataset> open_lidar(const std::filesystem::path& path, const Ope
   if (options.own_odometry || !dataset->has_poses()) {
     return deskewed(open_without_poses(std::move(dataset), options), options.deskew);
   }
+  if (!options.imu_topic.empty() && options.imu_topic != "off") {
+    throw DatasetError(
+        "--imu-topic: recorded poses take no gyroscope; the own odometry does (--odometry own)");
+  }
   if (options.time_offset_s != 0.0) {
     dataset = retimed(std::move(dataset), options.time_offset_s);
   }

@@ -105,6 +105,18 @@ struct Fix {
   std::optional<Eigen::Vector3d> lever;  ///< the antenna in the sensor's frame; empty: not known
 };
 
+/// What the gyroscope of an IMU measured.
+struct RecordedGyroscope {
+  /// Angular velocity about the axes of the scans, by the clock of their stamps.
+  struct Sample {
+    std::int64_t stamp_ns;  ///< when it was measured
+    Eigen::Vector3d rad_s;  ///< may be wrong in any way but finite
+  };
+  std::vector<Sample> samples;  ///< in the order of their stamps; empty: there is none
+  std::string description;      ///< e.g. "/imu (sensor_msgs/Imu, 900 messages)"
+  std::vector<Note> notes;      ///< what was left out or not used
+};
+
 /// A sequence of scans with one pose and one stamp each. Reads lazily, one scan at a time.
 class Dataset {
  public:
@@ -142,6 +154,8 @@ class Dataset {
   }
   /// Positions by satellites, in the order of recording.
   [[nodiscard]] virtual std::vector<Fix> fixes() const { return {}; }
+  /// The gyroscope whose axes are known in the scans' frame. Reads all of it. Throws DatasetError.
+  [[nodiscard]] virtual RecordedGyroscope gyroscope() const { return {}; }
 };
 
 /// Whether points are moved from the sensor's frames of their own times to that of their scan.
@@ -166,7 +180,9 @@ struct OpenOptions {
   /// Of the scans, in a bag; behind an at sign the frame of one LiDAR, where several are on it.
   std::string topic{};
   std::string odometry_topic{};  ///< of the poses, in a bag
-  std::string frame{};           ///< in which a bag's transforms give poses, e.g. "odom"
+  /// Of the gyroscope for the own odometry, in a bag; empty: the LiDAR's; "off": none.
+  std::string imu_topic{};
+  std::string frame{};  ///< in which a bag's transforms give poses, e.g. "odom"
   /// Where each LiDAR is on what the poses are of, in the order of `topic`; empty: as the recording
   /// says, or at its origin.
   std::vector<Pose> T_base_lidar{};

@@ -33,6 +33,7 @@ class DatasetDecorator : public Dataset {
     return inner_->pose_at(stamp_ns);
   }
   [[nodiscard]] std::vector<Fix> fixes() const override { return inner_->fixes(); }
+  [[nodiscard]] RecordedGyroscope gyroscope() const override { return inner_->gyroscope(); }
 
  protected:
   explicit DatasetDecorator(std::unique_ptr<Dataset> inner) : inner_(std::move(inner)) {}

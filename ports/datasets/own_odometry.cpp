@@ -29,6 +29,15 @@ class HeapOdometry {
   Expected<LidarOdometry*> odometry_;
 };
 
+/// When the last point of a scan was measured.
+std::int64_t last_point_ns(std::int64_t stamp_ns, const Scan& scan) {
+  const auto last = std::max_element(scan.time_s.begin(), scan.time_s.end());
+  constexpr double kPerSecond = 1e9;
+  return last == scan.time_s.end()
+             ? stamp_ns
+             : stamp_ns + static_cast<std::int64_t>(kPerSecond * static_cast<double>(*last));
+}
+
 /// Scans of a kind, and the first of them.
 struct Tally {
   std::size_t scans = 0;
@@ -50,11 +59,17 @@ class OwnOdometryDataset final : public DatasetDecorator {
     const std::size_t count = options.most_scans == 0 ? all : std::min(options.most_scans, all);
     poses_.reserve(count);
     HeapOdometry odometry{LidarOdometryConfig{}};
+    gyroscope_ = inner().gyroscope();
+    auto sample = gyroscope_.samples.begin();
     Pose last;
     Scan scan;
     for (std::size_t i = 0; i < count; ++i) {
       inner().read_scan(i, scan);
       if (!options.uses_times) scan.time_s.clear();
+      const std::int64_t last_ns = last_point_ns(inner().stamp_ns(i), scan);
+      for (; sample != gyroscope_.samples.end() && sample->stamp_ns <= last_ns; ++sample) {
+        static_cast<void>(odometry->add_angular_velocity(sample->stamp_ns, sample->rad_s));
+      }
       const OdometryResult result =
           odometry->add_scan(inner().stamp_ns(i), scan.view(), scan.time_s);
       if (result.error.ok()) last = result.T_odometry_sensor;
@@ -65,6 +80,7 @@ class OwnOdometryDataset final : public DatasetDecorator {
       if (options.progress) options.progress(i + 1, count);
     }
     statistics_ = odometry->statistics();
+    std::vector<RecordedGyroscope::Sample>().swap(gyroscope_.samples);
     require_tracking();
   }
 
@@ -82,7 +98,16 @@ class OwnOdometryDataset final : public DatasetDecorator {
   [[nodiscard]] bool has_poses() const override { return true; }
   [[nodiscard]] std::vector<Note> notes() const override {
     std::vector<Note> notes = inner().notes();
-    notes.push_back({"poses: of the own odometry, from the scans alone", false});
+    notes.insert(notes.end(), gyroscope_.notes.begin(), gyroscope_.notes.end());
+    const bool has_gyroscope = statistics_.scans_by_gyroscope > 0;
+    notes.push_back({"poses: of the own odometry, from the scans " +
+                         (has_gyroscope ? "and a gyroscope: " + gyroscope_.description +
+                                              " foretells the rotation of " +
+                                              std::to_string(statistics_.scans_by_gyroscope) +
+                                              " of " + std::to_string(poses_.size()) + " scans"
+                                        : "alone"),
+                     false});
+    add_doubts_of_gyroscope(notes);
     add_note(degenerate_, "do not determine the motion in every direction", notes);
     add_note(lost_, "could not be registered: poses go on as before", notes);
     if (statistics_.points_refused + statistics_.points_without_voxel > 0) {
@@ -100,6 +125,30 @@ class OwnOdometryDataset final : public DatasetDecorator {
       lost_.add(scan, result.error.ok() ? result.reason : result.error.message);
     } else if (result.state == OdometryState::kDegenerate) {
       degenerate_.add(scan, result.reason);
+    }
+  }
+
+  void add_doubts_of_gyroscope(std::vector<Note>& notes) const {
+    if (gyroscope_.description.empty()) return;
+    const std::uint64_t used = statistics_.scans_by_gyroscope;
+    const std::uint64_t against = statistics_.scans_against_gyroscope;
+    const std::string whose = "gyroscope: " + gyroscope_.description;
+    constexpr std::uint64_t kWarningShare = 10;
+    if (against > 0) {
+      notes.push_back(
+          {whose + " contradicts " + std::to_string(against) + " of " +
+               std::to_string(poses_.size()) +
+               " scans, and is not used for them; are axes, unit (rad/s) and clock right?",
+           kWarningShare * against > used});
+    } else if (used == 0) {
+      notes.push_back(
+          {whose + " has no samples less than 50 ms apart at the times of the scans: not used",
+           true});
+    }
+    if (statistics_.angular_velocities_refused > 0) {
+      notes.push_back({whose + ": " + std::to_string(statistics_.angular_velocities_refused) +
+                           " samples are of 34 rad/s or more, or of a stamp that another has",
+                       true});
     }
   }
 
@@ -121,6 +170,7 @@ class OwnOdometryDataset final : public DatasetDecorator {
                        ": give the poses of another one with --poses");
   }
 
+  RecordedGyroscope gyroscope_;  // without the samples once they are told
   std::vector<Pose> poses_;
   std::vector<Eigen::Matrix3d> slips_;
   OdometryStatistics statistics_;

@@ -21,6 +21,7 @@ struct OwnOdometryOptions {
 };
 
 /// The first scans of the dataset with poses of `LidarOdometry`, which takes the place of its own.
+/// A gyroscope of the dataset helps; a note says so, and where it contradicts the scans.
 /// Reads all of them once: about as long as mapping takes. True poses stay. A note says where scans
 /// did not determine the motion. Throws DatasetError where the odometry lost most scans.
 [[nodiscard]] std::unique_ptr<Dataset> with_own_odometry(std::unique_ptr<Dataset> dataset,

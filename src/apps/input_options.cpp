@@ -79,6 +79,12 @@ void add_open_options(CLI::App& command, datasets::OpenOptions& options) {
                   "Poses in a bag, where there are several such topics; /tf: the transforms")
       ->group("Input");
   command
+      .add_option(
+          "--imu-topic", options.imu_topic,
+          "Gyroscope in a bag (sensor_msgs/Imu), which the own odometry takes: default that "
+          "of the LiDAR, or the only one that is fixed to it; off: none")
+      ->group("Input");
+  command
       .add_option("--frame", options.frame,
                   "Frame in which a bag's transforms give poses, e.g. odom; default: found")
       ->group("Input");

@@ -1,4 +1,4 @@
-// `unimapper odometry`: poses of a recording, from its scans alone.
+// `unimapper odometry`: poses of a recording, from its scans (and a gyroscope).
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <limits>
@@ -51,8 +51,8 @@ void run_odometry(OnboardOptions options) {
 
 void register_odometry(CLI::App& app) {
   auto options = std::make_shared<OnboardOptions>();
-  CLI::App* command =
-      app.add_subcommand("odometry", "Poses of a recording, from its scans alone, as a TUM file");
+  CLI::App* command = app.add_subcommand(
+      "odometry", "Poses of a recording, from its scans and a gyroscope, as a TUM file");
   command->add_option("DATASET", options->dataset, "The recording")->required();
   command->add_option("--out", options->out, "New file of poses of the LiDAR: t x y z qx qy qz qw")
       ->required();

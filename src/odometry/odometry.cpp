@@ -210,6 +210,8 @@ void LidarOdometry::State::ask_gyroscope(double seconds) noexcept {
   if (stamp_ns > kLatest_ns || stamp_ns < -kLatest_ns || seconds > kLongestPrediction_s) return;
   turn_seen = gyroscope.rotation(time_ns(middle_s - seconds), time_ns(middle_s), turn);
   turn_known = turn_seen && !gyroscope.is_contradicted();
+  statistics.scans_by_gyroscope += turn_known ? 1 : 0;
+  statistics.scans_against_gyroscope += turn_seen && !turn_known ? 1 : 0;
   turns.first_s = 0.0F;
   turns.last_s = 0.0F;
   for (const ScanPoint& point : thinning.fine()) {

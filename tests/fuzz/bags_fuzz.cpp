@@ -50,6 +50,11 @@ void read_messages(const std::string& file) {
 
 void read_dataset(const std::string& file) {
   const auto dataset = open_bag(file, {});
+  allow_refusal<DatasetError>([&] {
+    const RecordedGyroscope gyroscope = dataset->gyroscope();
+    require(std::is_sorted(gyroscope.samples.begin(), gyroscope.samples.end(),
+                           [](const auto& a, const auto& b) { return a.stamp_ns < b.stamp_ns; }));
+  });
   Scan scan;
   for (const Fix& fix : dataset->fixes()) {
     require(std::abs(fix.latitude_deg) <= 90.0 && fix.sigma_xy_m > 0.0 && fix.sigma_z_m > 0.0);
@@ -65,9 +70,14 @@ void read_dataset(const std::string& file) {
 
 void decode(std::uint8_t choice, std::string_view bytes) {
   const auto serialization = (choice & 1) != 0 ? Serialization::kCdr : Serialization::kRos1;
-  const auto kind = static_cast<MessageKind>((choice >> 1) % 9);
+  const auto kind = static_cast<MessageKind>((choice >> 1) % 10);
   if (kind == MessageKind::kFix) {
     (void)decode_fix(bytes, serialization);
+    return;
+  }
+  if (kind == MessageKind::kImu) {
+    const ImuMessage imu = decode_imu(bytes, serialization);
+    require(!imu.rad_s || imu.rad_s->allFinite());
     return;
   }
   if (!is_scan(kind)) {

@@ -52,6 +52,8 @@ std::string message(Encoding encoding, MessageKind kind) {
       return transforms_message(encoding, {{kStamp_ns, "a", "b", Pose()}});
     case MessageKind::kFix:
       return fix_message(encoding, kStamp_ns, {});
+    case MessageKind::kImu:
+      return imu_message(encoding, kStamp_ns, {0.1, 0.2, 0.3});
     default:
       return pose_message(encoding, kStamp_ns, Pose());
   }
@@ -63,6 +65,7 @@ std::string recording(bool has_summary) {
   const auto odometry = file.topic("/odom", "nav_msgs/msg/Odometry");
   const auto transforms = file.topic("/tf", "tf2_msgs/msg/TFMessage");
   const auto fixes = file.topic("/fix", "sensor_msgs/msg/NavSatFix");
+  const auto imu = file.topic("/imu", "sensor_msgs/msg/Imu");
   constexpr Encoding kCdr = Encoding::kCdrLittle;
   for (int i = 0; i < 3; ++i) {
     const std::int64_t stamp_ns = kStamp_ns + i * 100'000'000;
@@ -70,6 +73,7 @@ std::string recording(bool has_summary) {
                  transforms_message(kCdr, {{stamp_ns, "base_link", "lidar", Pose()}}));
     file.message(odometry, stamp_ns, odometry_message(kCdr, stamp_ns, Pose()));
     file.message(fixes, stamp_ns, fix_message(kCdr, stamp_ns, {}));
+    file.message(imu, stamp_ns, imu_message(kCdr, stamp_ns, {0.1, 0.2, 0.3}));
     file.message(points, stamp_ns, cloud(kCdr, stamp_ns));
     file.end_chunk();
   }

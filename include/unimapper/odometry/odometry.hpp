@@ -58,6 +58,8 @@ struct OdometryStatistics {
   std::uint32_t restarts = 0;              ///< times the local map was begun anew
   std::uint64_t angular_velocities = 0;    ///< accepted
   std::uint64_t angular_velocities_refused = 0;  ///< not finite, too fast, or not later than before
+  std::uint64_t scans_by_gyroscope = 0;          ///< whose rotation the gyroscope foretold
+  std::uint64_t scans_against_gyroscope = 0;     ///< for which it was not used: scans contradict it
 };
 
 /// Registers each scan to a local map of those before. Bounded memory and loops: no heap, no locks,

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "ports/datasets/bag/bag_gyroscope.hpp"
 #include "ports/datasets/bag/bag_poses.hpp"
 #include "ports/datasets/bag/bag_walk.hpp"
 #include "ports/datasets/bag/message_source.hpp"
@@ -105,6 +106,13 @@ class BagDataset final : public Dataset {
     return lidar_poses_.at(stamp_ns);
   }
   [[nodiscard]] std::vector<Fix> fixes() const override { return fixes_; }
+  [[nodiscard]] RecordedGyroscope gyroscope() const override {
+    try {
+      return read_gyroscope(*source_, poses_.transforms, imu_);
+    } catch (const DatasetError& error) {
+      fail(path_, error.what());
+    }
+  }
 
  private:
   [[nodiscard]] const Topic& topic() const { return source_->topics()[topic_]; }
@@ -126,6 +134,7 @@ class BagDataset final : public Dataset {
     Contents contents =
         walk_bag(*source_, topic_, pose_topics, !options.odometry_topic.empty(), lidar_);
     poses_ = std::move(contents.poses);
+    imu_ = {options.imu_topic, topic().name, contents.lidar_frame};
     note_contents(contents);
     constexpr std::size_t kMostShare = 10;
     if (contents.scans.empty() || kMostShare * contents.unreadable_scans >=
@@ -404,6 +413,7 @@ class BagDataset final : public Dataset {
   std::size_t topic_ = 0;
   std::string lidar_;  // of several on the topic; empty: there is one only
   ScanLayout layout_;
+  ImuWish imu_;
   BagPoses poses_;
   PoseSeries file_poses_;
   LidarPoses lidar_poses_;

@@ -9,7 +9,7 @@
 namespace unimapper::datasets::bag {
 
 MessageKind kind_of(std::string_view type) {
-  constexpr std::array<std::pair<std::string_view, MessageKind>, 12> kKinds = {{
+  constexpr std::array<std::pair<std::string_view, MessageKind>, 13> kKinds = {{
       {"sensor_msgs/PointCloud2", MessageKind::kPointCloud},
       {"livox_ros_driver/CustomMsg", MessageKind::kLivox},
       {"livox_ros_driver2/CustomMsg", MessageKind::kLivox},
@@ -22,6 +22,7 @@ MessageKind kind_of(std::string_view type) {
       {"tf2_msgs/TFMessage", MessageKind::kTransforms},
       {"tf/tfMessage", MessageKind::kTransforms},
       {"sensor_msgs/NavSatFix", MessageKind::kFix},
+      {"sensor_msgs/Imu", MessageKind::kImu},
   }};
   for (const auto& [name, kind] : kKinds) {
     if (name == type) return kind;
@@ -121,6 +122,18 @@ FixMessage decode_fix(std::string_view bytes, Serialization serialization) {
   }
   fix.has_variances = reader.number<std::uint8_t>() != 0;
   return fix;
+}
+
+ImuMessage decode_imu(std::string_view bytes, Serialization serialization) {
+  MessageReader reader(bytes, serialization);
+  ImuMessage message;
+  message.header = read_header(reader);
+  constexpr int kOrientation = 4 + 9;  // and its covariance
+  for (int i = 0; i < kOrientation; ++i) (void)reader.number<double>();
+  const Eigen::Vector3d rad_s = read_vector(reader);
+  constexpr double kNone = -1.0;  // first of the covariance
+  if (reader.number<double>() != kNone && rad_s.allFinite()) message.rad_s = rad_s;
+  return message;
 }
 
 }  // namespace unimapper::datasets::bag

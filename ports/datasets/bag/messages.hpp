@@ -28,6 +28,7 @@ enum class MessageKind : std::uint8_t {
   kTransforms,          ///< tf2_msgs/TFMessage, tf/tfMessage
   kPath,                ///< nav_msgs/Path
   kFix,                 ///< sensor_msgs/NavSatFix
+  kImu,                 ///< sensor_msgs/Imu
   kOther,
 };
 
@@ -84,6 +85,17 @@ struct FixMessage {
 
 /// The fix of a message.
 FixMessage decode_fix(std::string_view bytes, Serialization serialization);
+
+/// What a gyroscope measured.
+struct ImuMessage {
+  /// Stamp and the frame whose axes are meant.
+  MessageHeader header;
+  /// Empty where it is not finite, or the message says that it has none.
+  std::optional<Eigen::Vector3d> rad_s;
+};
+
+/// The angular velocity of a message of kind `kImu`.
+ImuMessage decode_imu(std::string_view bytes, Serialization serialization);
 
 /// How the points of a topic are read: the same for all its messages, found in one of them.
 struct ScanLayout {

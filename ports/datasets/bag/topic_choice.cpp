@@ -117,4 +117,15 @@ std::vector<std::size_t> choose_pose_topics(const MessageSource& source,
   return poses.empty() ? find_topics(source, &is_path) : poses;
 }
 
+std::vector<std::size_t> choose_imu_topics(const MessageSource& source, const std::string& wanted) {
+  std::vector<std::size_t> imus =
+      find_topics(source, [](MessageKind kind) { return kind == MessageKind::kImu; });
+  if (wanted.empty()) return imus;
+  const auto topic = find_topic(source, wanted);
+  if (topic && std::find(imus.begin(), imus.end(), *topic) != imus.end()) return {*topic};
+  throw DatasetError((topic ? describe(source.topics()[*topic]) + " holds no sensor_msgs/Imu"
+                            : "holds no topic '" + wanted + "'") +
+                     "; topics of sensor_msgs/Imu: " + list_topics(source, imus));
+}
+
 }  // namespace unimapper::datasets::bag

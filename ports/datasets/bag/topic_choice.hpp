@@ -26,6 +26,10 @@ std::size_t choose_scan_topic(const MessageSource& source, const std::string& wa
 /// Empty where there are none. Throws DatasetError where several topics of odometry fit.
 std::vector<std::size_t> choose_pose_topics(const MessageSource& source, const std::string& wanted);
 
+/// The topics of `sensor_msgs/Imu`: the one named `wanted`, or all where that is empty. Throws
+/// DatasetError where the one named is none.
+std::vector<std::size_t> choose_imu_topics(const MessageSource& source, const std::string& wanted);
+
 /// Throws DatasetError that names the topics to choose from.
 [[noreturn]] void fail_ambiguous(const MessageSource& source,
                                  const std::vector<std::size_t>& topics, const std::string& what,

@@ -2,6 +2,7 @@
 #include "ports/datasets/own_odometry.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "ports/datasets/writers.hpp"
 #include "tests/odometry/scene.hpp"
@@ -41,7 +42,82 @@ double error_m(const Dataset& dataset, int scan) {
       .norm();
 }
 
+/// A sensor that stands for half a second and then turns to and fro by 30 degrees, twice a second,
+/// and what its gyroscope says, times a factor.
+class Swing : public Dataset {
+ public:
+  explicit Swing(double factor = 1.0) : factor_(factor) {}
+
+  static double yaw_rad(double time_s) {
+    return time_s < 0.5 ? 0.0 : 0.26 * (1.0 - std::cos(4.0 * 3.14159265 * (time_s - 0.5)));
+  }
+  [[nodiscard]] std::size_t scan_count() const override { return 14; }
+  void read_scan(std::size_t i, Scan& scan) const override {
+    const test::SweptScan sweep = test::sweep(test::hall(), [i](double after_s) {
+      return test::level(0.0, 0.0, yaw_rad(0.1 * static_cast<double>(i) + after_s));
+    });
+    scan.reset(0);
+    for (const Eigen::Vector3f& p : sweep.points)
+      scan.points.push_back({p.x(), p.y(), p.z(), 0.0F});
+    scan.time_s = sweep.time_s;
+  }
+  [[nodiscard]] const Pose& pose(std::size_t /*i*/) const override { return pose_; }
+  [[nodiscard]] std::int64_t stamp_ns(std::size_t i) const override {
+    return static_cast<std::int64_t>(i + 10) * 100'000'000;
+  }
+  [[nodiscard]] std::string scan_name(std::size_t i) const override { return std::to_string(i); }
+  [[nodiscard]] std::vector<std::uint32_t> labels(std::size_t /*i*/) const override { return {}; }
+  [[nodiscard]] std::vector<Pose> ground_truth_poses() const override { return {}; }
+  [[nodiscard]] RecordedGyroscope gyroscope() const override {
+    RecordedGyroscope gyroscope;
+    gyroscope.description = "/imu";
+    for (int i = -40; factor_ != 0.0 && i < 400; ++i) {
+      const double time_s = 0.005 * i;
+      const double yaw_rad_s = (yaw_rad(time_s + 1e-3) - yaw_rad(time_s - 1e-3)) / 2e-3;
+      gyroscope.samples.push_back(
+          {std::int64_t{5'000'000} * (i + 200), factor_ * yaw_rad_s * Eigen::Vector3d::UnitZ()});
+    }
+    return gyroscope;
+  }
+
+ private:
+  double factor_;
+  Pose pose_;
+};
+
+struct SwingRun {
+  double worst_deg = 0.0;
+  std::string notes;
+};
+
+SwingRun run(double factor) {
+  const auto dataset = with_own_odometry(std::make_unique<Swing>(factor), {});
+  SwingRun run;
+  for (std::size_t i = 0; i < dataset->scan_count(); ++i) {
+    const Pose truth = test::level(0.0, 0.0, Swing::yaw_rad(0.1 * static_cast<double>(i)));
+    run.worst_deg = std::max(
+        run.worst_deg,
+        rotation_angle(dataset->pose(i).rotation.transpose() * truth.rotation) * kDegreesPerRadian);
+  }
+  run.notes = notes_text(*dataset);
+  return run;
+}
+
 }  // namespace
+
+TEST_CASE("the own odometry takes a gyroscope, up to the last point of each scan, and says so") {
+  const SwingRun with = run(1.0);
+  const SwingRun without = run(0.0);
+  CAPTURE(with.worst_deg, without.worst_deg);
+  CHECK(with.worst_deg < 0.5 * without.worst_deg);
+  CHECK_THAT(with.notes,
+             Contains("and a gyroscope: /imu foretells the rotation of 13 of 14 scans"));
+  CHECK_THAT(without.notes, Contains("from the scans alone") && Contains("/imu has no samples"));
+}
+
+TEST_CASE("a gyroscope that contradicts the scans is not used, with a warning") {
+  CHECK_THAT(run(-1.0).notes, Contains("! gyroscope: /imu contradicts"));
+}
 
 TEST_CASE("a recording without poses has those of the own odometry") {
   const Drive drive;

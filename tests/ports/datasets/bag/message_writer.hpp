@@ -110,6 +110,21 @@ inline std::string fix_message(Encoding encoding, std::int64_t stamp_ns, const F
   return writer.number(fix.covariance_type).bytes();
 }
 
+/// sensor_msgs/Imu without an orientation; `first_covariance` is -1 without angular velocity.
+inline std::string imu_message(Encoding encoding, std::int64_t stamp_ns,
+                               const Eigen::Vector3d& rad_s, std::string_view frame = "lidar",
+                               double first_covariance = 0.0) {
+  MessageWriter writer(encoding);
+  writer.header(stamp_ns, frame);
+  for (int i = 0; i < 4; ++i) writer.number(0.0);
+  writer.number(-1.0);
+  for (int i = 1; i < 9; ++i) writer.number(0.0);
+  for (const double value : rad_s) writer.number(value);
+  writer.number(first_covariance);
+  for (int i = 1; i < 9 + 3 + 9; ++i) writer.number(0.0);
+  return writer.bytes();
+}
+
 struct TransformOfMessage {
   std::int64_t stamp_ns;
   std::string parent;

@@ -88,6 +88,17 @@ std::string livox_message(Encoding encoding) {
 
 }  // namespace
 
+TEST_CASE("the angular velocity of an IMU is read in every serialization") {
+  for (const Encoding encoding : kEncodings) {
+    const ImuMessage imu = decode_imu(imu_message(encoding, kStamp_ns, {0.1, -0.2, 0.3}, "/imu"),
+                                      serialization_of(encoding));
+    CHECK(imu.header.stamp_ns == kStamp_ns);
+    CHECK(imu.header.frame == "imu");
+    REQUIRE(imu.rad_s);
+    CHECK(*imu.rad_s == Eigen::Vector3d(0.1, -0.2, 0.3));
+  }
+}
+
 TEST_CASE("odometry and poses are decoded in every encoding") {
   for (const Encoding encoding : kEncodings) {
     const Serialization serialization = serialization_of(encoding);
