@@ -31,7 +31,7 @@ def drive(route="A", scans=100):
     path = folder() / f"drive_{route}"
     if path.exists():
         return path
-    tool("simulate", "--scene", "campus", "--sensor", "vlp-16", "--scans", scans, "--thin", 2,
+    tool("simulate", "--scene", "campus", "--sensor", "vlp-16", "--scans", scans, "--thin", 4,
          "--route", route, "--out", path)
     return path
 
