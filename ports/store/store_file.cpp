@@ -196,7 +196,7 @@ CREATE TABLE placement_outcomes (
 /// Of later versions of the schema; earlier ones leave it alone.
 constexpr const char* kLaterTables = R"(
 CREATE TABLE IF NOT EXISTS epoch_systems (
-  epoch INTEGER PRIMARY KEY REFERENCES epochs (number),
+  epoch INTEGER PRIMARY KEY REFERENCES epochs (number) ON DELETE CASCADE,
   crs TEXT NOT NULL
 ) STRICT
 )";

@@ -97,6 +97,9 @@ TEST_CASE("coordinates far from where a system is used are doubted", "[projectio
   CHECK_THAT(utm.doubt({5330438.0, 686121.0, 0.0}), Contains("are these coordinates of it?"));
   // Its area spans the 180th meridian: New Zealand and the Chatham Islands.
   CHECK(Projection("EPSG:3851").doubt({3000000.0, 7000000.0, 0.0}).empty());
+  // A metre of Web Mercator is two thirds of one at this latitude.
+  CHECK_THAT(Projection("EPSG:3857").doubt({1291000.0, 6130000.0, 0.0}),
+             Contains("a metre of it is 0.67 m on the ground"));
 }
 
 TEST_CASE("a project remembers its coordinate system, and exports write it", "[projection]") {
@@ -120,7 +123,9 @@ TEST_CASE("a project remembers its coordinate system, and exports write it", "[p
   project.done({"merge"});
   check_placed(project.exported("placed", {"--las"}));
   // Another system is said to be doubtful where its area is another.
-  CHECK_THAT(project.done({"crs", "EPSG:2154"}).err, Contains("EPSG:2154: the position"));
+  CHECK_THAT(
+      project.done({"crs", "EPSG:2154"}).err,
+      Contains("EPSG:2154: the position") && Contains("positions stay in metres of EPSG:25832"));
   CHECK(project.show()["crs"] == "EPSG:2154");
   project.done({"undo"});
   CHECK(project.show()["crs"] == "EPSG:25832");

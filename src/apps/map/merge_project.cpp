@@ -64,6 +64,10 @@ merge::ExportOptions options_of(const MapExportOptions& output, const StoredMap&
     std::cerr << "unimapper: warning: no known position of x and y places the map in " << map.crs
               << ": its files have no coordinate system\n";
   }
+  if (is_placed && !options.crs.name.empty() && !map.crs.empty() && options.crs.name != map.crs) {
+    std::cerr << "unimapper: warning: --crs: the project's system is " << map.crs
+              << "; coordinates stay as they are, only the name is another\n";
+  }
   if (is_placed && options.crs.name.empty()) options.crs.name = map.crs;
   find_system(options);
   warn_of_place(options, map.posed);

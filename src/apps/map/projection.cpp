@@ -17,6 +17,7 @@ using ProjObject = std::unique_ptr<PJ, ProjCloser>;
 
 namespace {
 
+constexpr double kRadiansPerDegree = 0.017453292519943295769;
 constexpr const char* kRemedy =
     "; give a projected system in metres, as EPSG:25832 (UTM zone 32, heights of the ellipsoid) or "
     "EPSG:32632+5773 (with heights of the geoid EGM96)";
@@ -31,6 +32,11 @@ bool is_meant(const std::string& name, PJ* crs) {
 }
 
 ProjObject find_system(PJ_CONTEXT* context, const std::string& name) {
+  if (proj_context_get_database_path(context) == nullptr) {
+    throw std::runtime_error(
+        "coordinate systems need PROJ's database: install proj-data, or name the folder of proj.db "
+        "in PROJ_DATA");
+  }
   const bool is_text = name.starts_with("+") && name.find("+type=crs") == std::string::npos;
   ProjObject crs(proj_create(context, (is_text ? name + " +type=crs" : name).c_str()));
   if (crs == nullptr || proj_is_crs(crs.get()) == 0 || !is_meant(name, crs.get())) {
@@ -87,14 +93,17 @@ Projection::~Projection() = default;
 Projection::Projection(const std::string& name) : proj_(std::make_unique<Objects>()) {
   PJ_CONTEXT* context = proj_->context.get();
   proj_log_level(context, PJ_LOG_NONE);
-  // The same result wherever it is computed.
+  // Nothing is loaded meanwhile: the grids that are installed count.
   proj_context_set_enable_network(context, 0);
   const ProjObject crs = find_system(context, name);
   ProjObject& horizontal = proj_->horizontal;
   horizontal = ProjObject(proj_clone(context, crs.get()));
   if (proj_get_type(crs.get()) == PJ_TYPE_COMPOUND_CRS) {
     horizontal = part_of(context, crs.get(), 0);
-    const ProjObject vertical = part_of(context, crs.get(), 1);
+    ProjObject vertical = part_of(context, crs.get(), 1);
+    if (proj_get_type(vertical.get()) == PJ_TYPE_BOUND_CRS) {
+      vertical = ProjObject(proj_get_source_crs(context, vertical.get()));
+    }
     require_axes(context, vertical.get(), name);
   }
   if (proj_get_type(horizontal.get()) == PJ_TYPE_BOUND_CRS) {
@@ -133,6 +142,23 @@ Eigen::Vector3d Projection::project(const Datum& place) const {
   return position;
 }
 
+/// Says where a metre of the system is another one on the ground, as of Web Mercator.
+std::string Projection::doubt_of_scale(const Eigen::Vector3d& position, double latitude_deg,
+                                       double longitude_deg) const {
+  constexpr double kStepM = 100.0;
+  constexpr double kMetresPerDegree = 111195.0;  // on a sphere: right to half a percent
+  constexpr double kMostOff = 0.05;
+  const PJ_COORD north = proj_trans(proj_->way_on_map.get(), PJ_INV,
+                                    proj_coord(position.x(), position.y() + kStepM, 0.0, HUGE_VAL));
+  const double east_deg =
+      (north.lp.lam - longitude_deg) * std::cos(latitude_deg * kRadiansPerDegree);
+  const double length_m = kMetresPerDegree * std::hypot(east_deg, north.lp.phi - latitude_deg);
+  if (!(std::abs(length_m / kStepM - 1.0) > kMostOff)) return {};
+  return fmt::format(
+      "{}: a metre of it is {:.2f} m on the ground there: the map would be distorted", system_.name,
+      length_m / kStepM);
+}
+
 std::string Projection::doubt(const Eigen::Vector3d& position) const {
   constexpr double kMarginDeg = 1.0;  // systems are used a little beyond their area
   double west = 0.0;
@@ -151,7 +177,7 @@ std::string Projection::doubt(const Eigen::Vector3d& position) const {
   const double eastward = from_west - 360.0 * std::floor((from_west + kMarginDeg) / 360.0);
   const bool is_there = eastward <= width + kMarginDeg && at.lp.phi >= south - kMarginDeg &&
                         at.lp.phi <= north + kMarginDeg;
-  if (is_there) return {};
+  if (is_there) return doubt_of_scale(position, at.lp.phi, at.lp.lam);
   return fmt::format(
       "{}: the position {:.1f} {:.1f} is at latitude {:.2f}, longitude {:.2f}, which is not where "
       "the system is used ({:.1f} to {:.1f}, {:.1f} to {:.1f}): are these coordinates of it?",

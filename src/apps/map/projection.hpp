@@ -27,10 +27,14 @@ class Projection {
   /// geoid.
   [[nodiscard]] Eigen::Vector3d project(const Datum& place) const;
 
-  /// A sentence if a position lies where the system is not used: it may be of another one.
+  /// A sentence if a position lies where the system is not used, or where its metre is another one
+  /// on the ground; the coordinates may be of another system.
   [[nodiscard]] std::string doubt(const Eigen::Vector3d& position) const;
 
  private:
+  [[nodiscard]] std::string doubt_of_scale(const Eigen::Vector3d& position, double latitude_deg,
+                                           double longitude_deg) const;
+
   struct Objects;
   std::unique_ptr<Objects> proj_;
   merge::CoordinateSystem system_;

@@ -102,6 +102,13 @@ void set_system(const ProjectOptions& options, const std::string& name) {
   const Projection system(name);
   store::ProjectWriter writer(options.store, "`unimapper map crs`");
   say_epoch(writer.commit("crs " + name, [&](store::ProjectState& state) {
+    const bool has_positions =
+        std::any_of(state.statements.begin(), state.statements.end(),
+                    [](const auto& said) { return !said.positions.empty(); });
+    if (has_positions && !state.crs.empty() && state.crs != name) {
+      std::cerr << "unimapper: warning: positions stay in metres of " << state.crs
+                << ", also those that were given as latitude and longitude: give these anew\n";
+    }
     state.crs = name;
     for (const store::StoredStatement& said : state.statements) {
       warn_of_place(system, said.positions);

@@ -1,5 +1,6 @@
 #include "src/apps/merge/run_positions.hpp"
 
+#include <algorithm>
 #include <iostream>
 #include <map>
 #include <optional>
@@ -31,6 +32,13 @@ std::vector<merge::KnownPosition> positions_of_runs(const std::vector<SessionDat
     const std::vector<PositionRow> rows =
         parse_positions(datasets::read_file(file), file.string(), std::nullopt,
                         [&](const Datum& place) { return system.project(place); });
+    const bool has_keyframes =
+        std::any_of(rows.begin(), rows.end(), [](const auto& row) { return row.sequence; });
+    const auto sessions_of_run = std::count(runs.begin(), runs.end(), file.parent_path());
+    if (has_keyframes && sessions_of_run > 1) {
+      throw std::runtime_error(file.string() + ": the run has " + std::to_string(sessions_of_run) +
+                               " sessions, each with such keyframes: name stamps instead");
+    }
     for (std::uint32_t s = 0; s < sessions.size(); ++s) {
       if (runs[s] / kPositionsFile != file) continue;
       const auto assigned =
