@@ -71,6 +71,15 @@ TEST_CASE("Cells carry the mean intensity of their points where that is asked fo
   CHECK(mixed > 100);
 }
 
+TEST_CASE("A keyframe has the intensities of its own points alone") {
+  const auto of_keyframe = [](std::int64_t scan, std::size_t) -> std::uint8_t {
+    return scan < 3 ? 200 : 50;
+  };
+  for (const FineCell& cell : drive(three_scans(true), of_keyframe)) {
+    REQUIRE((cell.intensity == 200 || cell.intensity == 50));
+  }
+}
+
 TEST_CASE("Intensities change nothing but themselves, and nothing at all if not asked for") {
   std::vector<FineCell> with = drive(three_scans(true), of_point);
   std::vector<FineCell> without = drive(three_scans(false), of_point);

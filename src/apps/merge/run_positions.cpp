@@ -34,7 +34,9 @@ std::vector<merge::KnownPosition> positions_of_runs(const std::vector<SessionDat
                         [&](const Datum& place) { return system.project(place); });
     const bool has_keyframes =
         std::any_of(rows.begin(), rows.end(), [](const auto& row) { return row.sequence; });
-    const auto sessions_of_run = std::count(runs.begin(), runs.end(), file.parent_path());
+    const auto sessions_of_run = std::count_if(runs.begin(), runs.end(), [&](const fs::path& run) {
+      return run / kPositionsFile == file;
+    });
     if (has_keyframes && sessions_of_run > 1) {
       throw std::runtime_error(file.string() + ": the run has " + std::to_string(sessions_of_run) +
                                " sessions, each with such keyframes: name stamps instead");

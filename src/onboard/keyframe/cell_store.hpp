@@ -89,7 +89,9 @@ class CellStore {
   }
   /// Cells held.
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
-  /// Entries are less than this.
+  /// Entries of the cells held are less than this.
+  [[nodiscard]] std::uint32_t entries() const noexcept { return groups_ * kGroup; }
+  /// Entries are never this or more.
   [[nodiscard]] static std::size_t max_entries(const VoxelConfig& config) noexcept {
     // Every block may leave three slots of its last group empty.
     const std::size_t blocks = config.max_blocks();

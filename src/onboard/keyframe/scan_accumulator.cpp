@@ -102,8 +102,7 @@ void ScanAccumulator::allocate(Arena& arena, const PipelineConfig& config,
   codes_ = arena.allocate<PointCode>(static_cast<std::size_t>(max_points_) * keyframe.scans);
   leaves_.allocate(arena, cells_per_leaf_inverse_ > 0.0F ? max_points_ : 0);
   if (!config.intensity) return;
-  max_entries_ = CellStore::max_entries(config.voxel);
-  intensities_ = arena.allocate<IntensitySum>(max_entries_);
+  intensities_ = arena.allocate<IntensitySum>(CellStore::max_entries(config.voxel));
 }
 
 void ScanAccumulator::allocate_cells(Arena& arena, const PipelineConfig& config) noexcept {
@@ -114,10 +113,10 @@ void ScanAccumulator::allocate_cells(Arena& arena, const PipelineConfig& config)
 void ScanAccumulator::begin(const Grid& grid) noexcept {
   grid_ = grid;
   scans_ = 0;
+  if (intensities_ != nullptr) std::fill_n(intensities_, cells_.entries(), IntensitySum());
   cells_.clear();
   constexpr VoxelIndex kBeyondEveryCell{INT32_MAX, 0, 0};
   std::fill_n(recent_, kRecent, Recent{kBeyondEveryCell, BlockWindow::kNone});
-  std::fill_n(intensities_, max_entries_, IntensitySum());
 }
 
 bool ScanAccumulator::has_valid_point(const PointView& points) const noexcept {

@@ -121,7 +121,6 @@ class ScanAccumulator {
   Eigen::Vector3f sensor_in_cells_ = Eigen::Vector3f::Zero();
   PointCode* codes_ = nullptr;
   CellStore cells_;
-  std::size_t max_entries_ = 0;          ///< of `intensities_`
   IntensitySum* intensities_ = nullptr;  ///< by entry, or null
 
   /// Recent blocks: scans return to the same ones again and again.
