@@ -85,7 +85,33 @@ double error_of_rolling_m(bool has_gyroscope) {
   return std::sqrt(squares_m2);
 }
 
+/// Where a sensor that stood for three seconds is after a gap, in which it moved by 1.5 m.
+double error_after_standing_m(bool has_gyroscope) {
+  TestOdometry odometry;
+  std::int64_t told_ns = 0;
+  const Pose before = level(1.0, 2.0, 0.0);
+  const Pose after = level(2.5, 2.0, 0.0);
+  OdometryResult result;
+  for (int i = 1; i <= 33; ++i) {
+    for (; has_gyroscope && told_ns <= i * kPeriod_ns; told_ns += 5'000'000) {
+      REQUIRE(odometry->add_angular_velocity(told_ns, Eigen::Vector3d::Zero()).ok());
+    }
+    const Pose& at = i <= 30 ? before : after;
+    result = odometry.add(sweep(
+        hall(), [&](double) { return at; }, static_cast<std::uint64_t>(i)));
+  }
+  return error_of(result, before, after).translation_m;
+}
+
 }  // namespace
+
+TEST_CASE("a robot that stood with a gyroscope is found where it moved unseen") {
+  const double with_m = error_after_standing_m(true);
+  const double without_m = error_after_standing_m(false);
+  CAPTURE(with_m, without_m);
+  CHECK(without_m < 0.1);
+  CHECK(with_m < 0.1);
+}
 
 TEST_CASE("a gyroscope makes places no worse where it foretells nearly all of the motion") {
   const double with_m = error_of_rolling_m(true);
