@@ -75,6 +75,10 @@ Error PipelineConfig::validate() const noexcept {
   if (budget_us != 0 && clock_ns == nullptr) {
     return invalid("budget_us needs a clock: set clock_ns");
   }
+  const std::uint32_t most = executor.run != nullptr ? Executor::kMaxWorkers : 1;
+  if (executor.workers < 1 || executor.workers > most) {
+    return invalid("executor.workers must be in [1, 8], and 1 without executor.run");
+  }
   return {};
 }
 

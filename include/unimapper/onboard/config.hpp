@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "unimapper/core/event_ring.hpp"
+#include "unimapper/core/executor.hpp"
 #include "unimapper/core/expected.hpp"
 #include "unimapper/core/grid_size.hpp"
 #include "unimapper/core/image_projection.hpp"
@@ -369,6 +370,9 @@ struct PipelineConfig {
   /// Where noteworthy events go (see `EventId`), or null. The pipeline is the ring's producer; the
   /// ring must outlive it.
   EventRing* events = nullptr;
+  /// Who runs parts of what closes a keyframe at the same time; by default the calling thread does
+  /// all. `add_scan`, `flush` and `work` return when no part runs any more.
+  Executor executor;
 
   /// What describer and loop search have to be laid out for; follows from the other members.
   [[nodiscard]] DescriptorInput descriptor_input() const noexcept {
@@ -409,7 +413,7 @@ consteval auto parameters_of(const C*) {
                                "Longest that a call may take. With `deferred` what does not fit is "
                                "done later. A call that takes longer all the same is counted "
                                "(`deadline_missed`). Needs a clock; 0: no limit."),
-      no_parameter<&C::clock_ns>(), no_parameter<&C::events>());
+      no_parameter<&C::clock_ns>(), no_parameter<&C::events>(), no_parameter<&C::executor>());
 }
 
 /// Recommended parameters for a sensor: capacities, range and field of view from its data
