@@ -2,46 +2,15 @@
 #include "ports/linux/realtime.hpp"
 
 #include <sched.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <cerrno>
 
+#include "poor_child.hpp"
 #include "tests/test.hpp"
 
 using namespace unimapper::linux_port;
+using namespace unimapper::test;
 using Catch::Matchers::Contains;
-
-namespace {
-
-constexpr int kRefusedWell = 10;
-
-/// Runs `check` in a child without privileges or limits, so that the refusals can be seen even
-/// where the tests run as root. Returns the child's exit code.
-template <typename Check>
-int in_poor_child(Check check) {
-  const pid_t child = fork();
-  if (child == 0) {
-    const rlimit none{0, 0};
-    setrlimit(RLIMIT_MEMLOCK, &none);
-    setrlimit(RLIMIT_RTPRIO, &none);
-    constexpr uid_t kNobody = 65534;
-    if (geteuid() == 0 && setuid(kNobody) != 0) _exit(1);
-    _exit(check());
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
-int says(const Outcome& outcome, const char* words) {
-  const bool well = !outcome.ok && outcome.error_number != 0 &&
-                    std::string(outcome.message).find(words) != std::string::npos;
-  return well ? kRefusedWell : 0;
-}
-
-}  // namespace
 
 TEST_CASE("prefaulted memory keeps its contents") {
   std::vector<std::byte> bytes(100000, std::byte{7});
