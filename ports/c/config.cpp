@@ -16,6 +16,9 @@ struct Hidden {
 };
 static_assert(sizeof(Hidden) <= sizeof(um_config::hidden));
 static_assert(alignof(Hidden) <= alignof(std::uint64_t));
+static_assert(UM_MAX_WORKERS == Executor::kMaxWorkers);
+static_assert(std::is_same_v<um_part, Executor::Part> &&
+              std::is_same_v<decltype(um_executor::run), decltype(Executor::run)>);
 static_assert(std::is_trivially_copyable_v<Hidden> && std::is_standard_layout_v<Hidden>);
 
 // "umconfig"
@@ -58,6 +61,7 @@ ConfigStatus load(const um_config* config, PipelineConfig& out) noexcept {
   out = hidden_of(*config).config;
   visit_members(*config, out, [](const auto& c, auto& p) { p = c; });
   out.clock_ns = config->clock_ns;
+  out.executor = {config->executor.run, config->executor.context, config->executor.workers};
   return {};
 }
 
@@ -74,6 +78,7 @@ um_status init_config(const PipelineConfig& from, um_config* out) noexcept {
   if (out == nullptr) return UM_NULL_ARGUMENT;
   std::memset(static_cast<void*>(out), 0, sizeof *out);
   store(from, *out);
+  out->executor.workers = 1;
   return UM_OK;
 }
 
@@ -114,7 +119,9 @@ ConfigStatus set_config(um_config* config, const char* name, const char* value) 
   if (!set_parameter(*parameter, value, &changed, message)) {
     return {UM_INVALID_CONFIG, keep(message, *config)};
   }
-  changed.clock_ns = nullptr;  // the caller's is the one that counts
+  // The caller's are the ones that count.
+  changed.clock_ns = nullptr;
+  changed.executor = {};
   store(changed, *config);
   return {};
 }

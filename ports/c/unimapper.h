@@ -8,7 +8,8 @@
  *           close. Two pipelines share nothing.
  * Threads   Calls on one pipeline must not overlap in time; different pipelines are independent.
  *           Functions without a pipeline may be called from any thread. After um_init nothing
- *           locks, sleeps or calls the operating system.
+ *           locks, sleeps or calls the operating system. The library starts no thread; who has a
+ *           second core for it hands in a um_executor.
  * Errors    Every call that can fail returns a um_status. um_status_text gives one sentence per
  *           status, um_message the exact error of the last call on a pipeline. Both, and the
  *           messages of um_init, um_config_check and um_config_from_model, are constants of the
@@ -110,6 +111,26 @@ enum um_computer {
   UM_COMPUTER_ARMV7_WITH_64_MB = 3 /**< ARMv7 with NEON: at most 64 MB */
 };
 
+/** Part `part` of `task`. No part reads what another one writes. `worker`, below
+ *  um_executor.workers, names scratch memory: parts that run at the same time must get different
+ *  ones. */
+typedef void (*um_part)(void* task, uint32_t part, uint32_t worker);
+
+/** Largest um_executor.workers. */
+#define UM_MAX_WORKERS 8
+
+/** Runs parts of what closes a keyframe, several at once where there are cores for them. The
+ *  results are the same to the bit with any number of workers. docs/porting.md has two examples. */
+typedef struct um_executor {
+  /** Calls part(task, i, worker) once for each i below `parts`, and returns when all calls have
+   *  returned. They must see what the calling thread wrote before, and it must see what they wrote.
+   *  Called from um_add_scan, um_flush and um_work. Null = the calling thread does all in order. */
+  void (*run)(void* context, uint32_t parts, um_part part, void* task);
+  void* context;    /**< handed to `run` */
+  uint32_t workers; /**< at most so many parts at once, [1, UM_MAX_WORKERS]; 1 without `run`. Each
+                         has scratch memory in the pipeline's block. */
+} um_executor;
+
 /** The configuration of a pipeline. um_config_init fills it in; change the members here, and all
  *  other parameters by um_config_set. docs/parameters.md lists every parameter with its unit, range
  *  and meaning. The struct may be copied. */
@@ -132,6 +153,7 @@ typedef struct um_config {
   /** budget_us: longest that a call may take. With the parameter `deferred` what does not fit is
    * done later. A call that takes longer all the same is counted. Needs clock_ns; 0 = off. */
   uint32_t budget_us;
+  um_executor executor; /**< who runs parts at the same time; run = null: nobody */
 } um_config;
 
 /** Fills in the recommended parameters for a sensor (enum um_sensor). */

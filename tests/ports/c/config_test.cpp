@@ -79,6 +79,7 @@ TEST_CASE("the members of um_config are parameters of the C++ configuration") {
   c.loop_search_accept_confidence = 0.5F;
   c.budget_us = 5000;
   c.clock_ns = [] { return std::int64_t{7}; };
+  c.executor = {[](void*, std::uint32_t, um_part, void*) {}, &c, 3};
   PipelineConfig config;
   REQUIRE(unimapper::c::read_config(&c, config).status == UM_OK);
   CHECK(config.keyframe.scans == 11);
@@ -90,6 +91,9 @@ TEST_CASE("the members of um_config are parameters of the C++ configuration") {
   CHECK(config.loop_search.accept_confidence == 0.5F);
   CHECK(config.budget_us == 5000);
   CHECK(config.clock_ns() == 7);
+  CHECK(config.executor.run == c.executor.run);
+  CHECK(config.executor.context == &c);
+  CHECK(config.executor.workers == 3);
 
   // By name they are the same values, in both directions.
   CHECK(value_of(c, "voxel.max_cells") == "4321");
@@ -98,6 +102,7 @@ TEST_CASE("the members of um_config are parameters of the C++ configuration") {
   CHECK(c.keyframe_range_max_m == 66.5F);
   CHECK(c.voxel_max_cells == 4321);
   CHECK(c.clock_ns != nullptr);
+  CHECK(c.executor.workers == 3);
   REQUIRE(unimapper::c::read_config(&c, config).status == UM_OK);
   CHECK(config.keyframe.range_max_m == 66.5F);
   CHECK(config.removal.window == 5);
@@ -172,6 +177,13 @@ TEST_CASE("members out of range are refused by name") {
   CHECK_THAT(with([](um_config& c) { c.voxel_max_cells = 1; }), Contains("voxel.max_cells"));
   CHECK_THAT(with([](um_config& c) { c.hidden[0] ^= 1U; }), Contains("um_config_init"));
   CHECK_THAT(with([](um_config& c) { c.budget_us = 5000; }), Contains("clock"));
+  CHECK_THAT(with([](um_config& c) { c.executor.workers = 2; }), Contains("executor.workers"));
+  for (const std::uint32_t workers : {0U, UM_MAX_WORKERS + 1U}) {
+    const auto unserved = [&](um_config& c) {
+      c.executor = {[](void*, std::uint32_t, um_part, void*) {}, nullptr, workers};
+    };
+    CHECK_THAT(with(unserved), Contains("executor.workers"));
+  }
 }
 
 TEST_CASE("garbage is refused") {
