@@ -6,6 +6,7 @@
 #include "src/apps/commands.hpp"
 #include "src/apps/input_options.hpp"
 #include "src/apps/onboard/onboard_options.hpp"
+#include "unimapper/core/executor.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -87,6 +88,12 @@ void add_processing_options(CLI::App& command, OnboardOptions& options) {
   command.add_flag("--force", options.force,
                    "Map the recording even if it looks surely wrong (units, poses, records)");
   command.add_flag("--realtime", options.realtime, "Feed the scans at the pace of their stamps");
+  command
+      .add_option("--workers", options.workers,
+                  "Processors that close a keyframe together, each with a thread of the priority "
+                  "that the command was started with. The results do not depend on it")
+      ->capture_default_str()
+      ->check(CLI::Range(1U, Executor::kMaxWorkers));
   command.add_flag(
       "--deferred", options.deferred,
       "Close keyframes, describe, search and relabel in slices, in the calls that follow, as on a "

@@ -72,12 +72,12 @@ TEST_CASE("a run that does not know up says so, unless the odometry promises it"
   CHECK(fixture.stats()["up"]["unknown"] == 0);
 }
 
-TEST_CASE("the same recording gives the same bytes") {
+TEST_CASE("the same recording gives the same bytes, with one worker and with two") {
   const OnboardRun fixture(SmallRecording(25));
   const fs::path again = fixture.directory / "again" / "run";
   (void)fixture.done({"--all-candidates"});
-  (void)run_well(
-      {"onboard", fixture.dataset, "--out", again, "--sensor", "vlp-16", "--all-candidates"});
+  (void)run_well({"onboard", fixture.dataset, "--out", again, "--sensor", "vlp-16",
+                  "--all-candidates", "--workers", "2"});
   std::size_t files = 0;
   for (const auto& entry : fs::recursive_directory_iterator(fixture.run)) {
     const fs::path relative = entry.path().lexically_relative(fixture.run);
@@ -89,6 +89,11 @@ TEST_CASE("the same recording gives the same bytes") {
   CHECK(files == 25 + 4);
   auto first = fixture.stats();
   auto second = read_json(again / "stats.json");
+  CHECK(first["workers"] == 1);
+  CHECK(second["workers"] == std::min(2U, std::thread::hardware_concurrency()));
+  CHECK(second["arena_bytes"] > first["arena_bytes"]);
+  second["workers"] = 1;
+  second["arena_bytes"] = first["arena_bytes"];
   for (const char* timing : {"stage_ms", "total_histogram", "deadline_misses", "closing_call_ms",
                              "hand_over_ms", "load"}) {
     CHECK(first.contains(timing));

@@ -29,6 +29,7 @@ struct OnboardOptions {
   std::filesystem::path key;                      ///< the robot's key file; empty: none
   std::string share;                              ///< name in shared memory, empty: not shared
   std::string share_doorbell;  ///< LCM URL that `share` is announced on; empty: not
+  std::uint32_t workers = 1;   ///< of the executor, this thread among them
   bool realtime = false;
   bool intensity = false;  ///< of cells also where keyframes are sent
   bool deferred = false;   ///< as `PipelineConfig::deferred`

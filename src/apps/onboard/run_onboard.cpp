@@ -13,6 +13,7 @@
 #include "ports/keys/key_files.hpp"
 #include "ports/keys/signature.hpp"
 #include "ports/linux/boot_id.hpp"
+#include "ports/linux/executor.hpp"
 #include "src/apps/map/position_file.hpp"
 #include "src/apps/onboard/delivery.hpp"
 #include "src/apps/onboard/event_log.hpp"
@@ -339,6 +340,8 @@ void run_onboard(const OnboardOptions& options) {
   RunFolder folder(options.out);
   EventLog events(folder.event_log());
   config.events = events.ring();
+  linux_port::WorkerThreads threads(options.workers);
+  config.executor = threads.executor();
   const std::vector<SessionRange> ranges =
       session_ranges(checked.breaks, scans, (config.keyframe.scans + 1) / 2);
   const auto info_of = [&](std::size_t index) -> SessionInfo {
@@ -371,12 +374,17 @@ void run_onboard(const OnboardOptions& options) {
   const std::vector<datasets::Note> notes_before = dataset->notes();
   for (const datasets::Note& note : notes_before) print_note(note, progress);
   for (const std::string& fault : faults) progress.note("warning: " + fault);
+  if (!threads.outcome().ok) {
+    progress.note(fmt::format("warning: one worker instead of {}: {}", options.workers,
+                              threads.outcome().message));
+  }
 
   RunStatistics statistics;
   lcm_port::SessionLogWriter log(folder.keyframe_log(), info);
   const auto signer = key ? std::make_optional<keys::KeyframeSigner>(*key) : std::nullopt;
   RunStatistics::Run run;
   run.realtime = options.realtime;
+  run.workers = config.executor.workers;
   run.surroundings = surroundings_name(first.surroundings);
   run.extent_m = first.extent_m;
   std::vector<LoopRecord> loops;

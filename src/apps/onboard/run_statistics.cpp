@@ -324,6 +324,7 @@ std::string RunStatistics::to_json(const Run& run) const {
   json["files_not_written"] = run.files_not_written;
   json["keyframes_not_encoded"] = encoding_.handed_over - encoding_.encoded;
   json["realtime"] = run.realtime;
+  json["workers"] = run.workers;
   json["sessions"] = run.sessions;
   json["scans_left_out"] = run.scans_left_out;
   json["keyframes_late"] = keyframes_late_;

@@ -103,6 +103,7 @@ class RunStatistics {
     std::uint64_t arena_bytes = 0;
     std::uint64_t files_not_written = 0;  ///< of the run folder, keyframes of its log among them
     bool realtime = false;
+    std::uint32_t workers = 1;          ///< of the executor
     std::size_t scans_left_out = 0;     ///< between breaks of the odometry
     std::vector<std::string> sessions;  ///< more than one where the odometry breaks
     DeliveryCounters delivery;          ///< of the last session
