@@ -1,5 +1,6 @@
 // Proof that the pipeline, the encoder of its keyframes and the odometry allocate nothing after
 // construction.
+#include <atomic>
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
@@ -9,12 +10,21 @@
 #include "ports/linux/allocation_counter.hpp"
 #include "tests/odometry/scene.hpp"
 #include "tests/proof/runs.hpp"
+#include "tests/proof/watched_workers.hpp"
 
 namespace {
 
 using namespace unimapper;
 using namespace unimapper::test;
 using linux_port::AllocationGuard;
+
+/// Counts the allocations of a part on a worker thread.
+struct CountedPart {
+  static inline std::atomic<std::uint64_t> allocations = 0;
+  std::uint64_t before = AllocationGuard::count();
+  AllocationGuard guard;
+  ~CountedPart() { allocations += AllocationGuard::count() - before; }
+};
 
 /// Allocations of what the robot would run; scans are made before.
 std::uint64_t count_run(const PipelineConfig& config, const std::vector<LabelledScan>& scans,
@@ -49,7 +59,7 @@ std::uint64_t count_run(const PipelineConfig& config, const std::vector<Labelled
     last = pipeline->flush();
     count_finished(last.keyframe_finished);
   } while (last.keyframe_finished);
-  return AllocationGuard::count() - before;
+  return AllocationGuard::count() - before + CountedPart::allocations;
 }
 
 /// Allocations of an odometry that tracks, is lost and begins its map anew; scans are made before.
@@ -106,13 +116,21 @@ int main() {
   PipelineConfig deferred = hurried;
   deferred.deferred = true;
   deferred.waiting_scans = 3;  // which is full now and then
-  for (const PipelineConfig& config : {both, thinned, tight, hurried, deferred}) {
+  WatchedWorkers<CountedPart> workers(2);
+  PipelineConfig helped = both;
+  helped.executor = workers.executor();
+  PipelineConfig helped_later = deferred;
+  helped_later.executor = workers.executor();
+  for (const PipelineConfig& config :
+       {both, thinned, tight, hurried, deferred, helped, helped_later}) {
     unsigned keyframes = 0;
     const std::uint64_t counted = count_run(config, scans, keyframes);
     std::printf("%llu allocations in %u keyframes\n", static_cast<unsigned long long>(counted),
                 keyframes);
     if (counted != 0 || keyframes < 4) return 1;
   }
+  std::printf("%llu parts on a second thread\n",
+              static_cast<unsigned long long>(workers.counts().parts_by_threads));
   std::uint32_t restarts = 0;
   const std::uint64_t counted = count_odometry(restarts);
   std::printf("%llu allocations of the odometry\n", static_cast<unsigned long long>(counted));

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "tests/proof/runs.hpp"
+#include "tests/proof/watched_workers.hpp"
 
 extern "C" {
 void __rtsan_init();
@@ -74,10 +75,15 @@ int main(int argc, char** argv) {
   both.free_space.columns = true;
   PipelineConfig thinned = small_config();
   thinned.keyframe.downsample_leaf_m = 0.1F;
-  for (const PipelineConfig& config : {both, thinned}) {
+  WatchedWorkers<RealtimeContext> workers(2);
+  PipelineConfig helped = both;
+  helped.executor = workers.executor();
+  for (const PipelineConfig& config : {both, thinned, helped}) {
     const unsigned keyframes = drive(config, scans);
     std::printf("%u keyframes\n", keyframes);
     if (keyframes < 3) return 1;
   }
+  std::printf("%llu parts on a second thread\n",
+              static_cast<unsigned long long>(workers.counts().parts_by_threads));
   return 0;
 }

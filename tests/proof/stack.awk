@@ -64,11 +64,12 @@ function indirect_cost(from, to,    i, name, worst, cost) {
     worst = 0
     for (name in frame) {
       if (readable(name) !~ indirect_target[i]) continue
+      if (name in active) { complain("recursion: " readable(from) " and " readable(name)); continue }
       cost = depth_of(name)
       if (cost > worst) { worst = cost; below[from, to] = name }
     }
     if (worst == 0) complain("no function matches the rule for the indirect call in " readable(from))
-    return worst
+    return worst + between[i]
   }
   complain("call through a pointer in " readable(from) to)
   return 0
@@ -119,7 +120,7 @@ FILENAME == ARGV[1] {
   sub(/#.*/, "")
   if ($1 == "external") { external_bytes = $2; for (i = 3; i <= NF; ++i) external[$i] = 1 }
   if ($1 == "recursion") { recursion_name[++recursions] = $2; recursion_levels[recursions] = $3 }
-  if ($1 == "indirect") { indirect_caller[++indirects] = $2; indirect_target[indirects] = $3 }
+  if ($1 == "indirect") { indirect_caller[++indirects] = $2; indirect_target[indirects] = $3; between[indirects] = $4 }
   next
 }
 /^node:/ { add_node($0) }
