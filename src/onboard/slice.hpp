@@ -4,13 +4,24 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "src/core/parts.hpp"
+#include "unimapper/onboard/config.hpp"
+
 namespace unimapper::onboard {
 
-/// The elements from `first` on, those from `end` on excluded.
-struct Slice {
-  std::uint32_t first;
-  std::uint32_t end;
-};
+/// Blocks of a part: a part takes some ten microseconds and more.
+inline constexpr std::uint32_t kBlocksPerPart = 256;
+
+/// Coarse voxels of a part.
+inline constexpr std::uint32_t kVoxelsPerPart = 128;
+
+/// Elements of a slice: as many for each of the workers that share it, so that its time stays the
+/// same. All there are where nothing is deferred.
+[[nodiscard]] inline std::uint32_t slice_size(const PipelineConfig& config,
+                                              std::uint32_t per_worker,
+                                              std::uint32_t workers) noexcept {
+  return config.deferred ? per_worker * workers : UINT32_MAX;
+}
 
 /// A loop over numbered elements, some at a time.
 class SlicedLoop {

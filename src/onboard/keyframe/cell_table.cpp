@@ -22,24 +22,37 @@ void CellTable::begin(const Grid& grid) noexcept {
   size_ = 0;
 }
 
-void CellTable::add(const CellStore& cells, std::span<const std::uint32_t> order,
-                    Slice some) noexcept {
-  constexpr std::size_t kAhead = 4;  // blocks whose sums are loaded in advance
-  for (std::size_t i = some.first; i < some.end; ++i) {
-    if (i + 2 * kAhead < order.size()) cells.prefetch_block(order[i + 2 * kAhead]);
-    if (i + kAhead < order.size()) cells.prefetch_sums_of(order[i + kAhead]);
-    add_block(cells, order[i]);
-  }
+void CellTable::add(const CellStore& cells, std::span<const std::uint32_t> order, Slice some,
+                    const Executor& executor) noexcept {
+  constexpr std::uint32_t kAhead = 4;  // blocks whose sums are loaded in advance
+  const Cut cut(executor, some, kBlocksPerPart);
+  std::uint32_t first[Cut::kMost];
+  count_before(executor, cut, size_, first, [&](Slice part) noexcept {
+    std::uint32_t rows = 0;
+    for (std::uint32_t i = part.first; i < part.end; ++i) {
+      rows += popcount(cells.occupied()[order[i]]);
+    }
+    return rows;
+  });
+  for_parts(executor, cut.parts(), [&](std::uint32_t part, std::uint32_t) noexcept {
+    std::uint32_t row = first[part];
+    for (std::uint32_t i = cut[part].first; i < cut[part].end; ++i) {
+      if (i + 2 * kAhead < order.size()) cells.prefetch_block(order[i + 2 * kAhead]);
+      if (i + kAhead < order.size()) cells.prefetch_sums_of(order[i + kAhead]);
+      row = add_block(cells, order[i], i, row);
+    }
+    if (cut[part].end == some.end) size_ = row;
+  });
+  block_count_ = some.end;
 }
 
-void CellTable::add_block(const CellStore& cells, std::uint32_t from) noexcept {
-  const std::uint32_t b = block_count_++;
-  const Block block{cells.occupied()[from], cells.index(from), size_};
+std::uint32_t CellTable::add_block(const CellStore& cells, std::uint32_t from, std::uint32_t b,
+                                   std::uint32_t row) noexcept {
+  const Block block{cells.occupied()[from], cells.index(from), row};
   blocks_[b] = block;
   marks_[b] = {};
-  for (std::uint64_t left = block.occupied; left != 0; left &= left - 1) {
+  for (std::uint64_t left = block.occupied; left != 0; left &= left - 1, ++row) {
     const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
-    const std::uint32_t row = size_++;
     const std::uint32_t entry = cells.entry(from, bit);
     const CellSums& sums = cells[entry];
     const Eigen::Vector3f mean = mean_of(cell_in(block.index, bit), sums, grid_.cell_size_m);
@@ -50,6 +63,7 @@ void CellTable::add_block(const CellStore& cells, std::uint32_t from) noexcept {
     where_[row] = (b << 6U) | bit;
     points_[row] = sums.points;
   }
+  return row;
 }
 
 }  // namespace unimapper::onboard

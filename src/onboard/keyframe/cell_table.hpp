@@ -41,7 +41,8 @@ class CellTable {
   void begin(const Grid& grid) noexcept;
   /// Lays out the cells of some blocks of the store row by row, all of them in the given order.
   /// O(cells).
-  void add(const CellStore& cells, std::span<const std::uint32_t> order, Slice some) noexcept;
+  void add(const CellStore& cells, std::span<const std::uint32_t> order, Slice some,
+           const Executor& executor = {}) noexcept;
 
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
   [[nodiscard]] const Grid& grid() const noexcept { return grid_; }
@@ -82,7 +83,9 @@ class CellTable {
   }
 
  private:
-  void add_block(const CellStore& cells, std::uint32_t from) noexcept;
+  /// Block `b`, whose first row is `row`. Returns the row behind its last one.
+  std::uint32_t add_block(const CellStore& cells, std::uint32_t from, std::uint32_t b,
+                          std::uint32_t row) noexcept;
 
   std::uint32_t size_ = 0;
   Grid grid_;

@@ -1,6 +1,8 @@
 #include "coarse_voxels.hpp"
 
-#include "src/core/recent_voxels.hpp"
+#include <algorithm>
+#include <bit>
+
 #include "src/core/symmetric_eigen.hpp"
 #include "src/free_space/block_bits.hpp"
 
@@ -31,17 +33,16 @@ void CoarseVoxels::begin() noexcept {
 }
 
 void CoarseVoxels::find_planes(const Grid& grid, Slice voxels) noexcept {
-  const float size_m = grid.cell_size_m * static_cast<float>(grid.cells_per_voxel);
+  const float size_m = grid.voxel_size_m();
   for (std::uint32_t i = voxels.first; i < voxels.end; ++i) {
     find_plane(map_[i], corner_of(unpack(map_.key(i)), size_m));
   }
 }
 
-void CoarseVoxels::add(const CellTable& cells, Slice blocks) noexcept {
+template <typename Take>
+void CoarseVoxels::split_by_voxel(const CellTable& cells, Slice blocks, const Take& take) noexcept {
   const std::int32_t cells_per_voxel = cells.grid().cells_per_voxel;
-  const float size_m = cells.grid().cell_size_m * static_cast<float>(cells_per_voxel);
-  RecentVoxels recent;
-  for (const Block& block : cells.blocks().subspan(blocks.first, blocks.end - blocks.first)) {
+  for (const Block& block : cells.blocks().subspan(blocks.first, blocks.size())) {
     // The block's first cell decides; the others lie in its voxel or in the next one.
     const VoxelIndex first = cell_in(block.index, 0);
     const VoxelIndex corner = voxel_of(first, cells_per_voxel);
@@ -53,26 +54,66 @@ void CoarseVoxels::add(const CellTable& cells, Slice blocks) noexcept {
       const bool x = (next_x & cell) != 0;
       const bool y = (next_y & cell) != 0;
       const bool z = (next_z & cell) != 0;
-      const VoxelIndex index{corner.x + (x ? 1 : 0), corner.y + (y ? 1 : 0),
-                             corner.z + (z ? 1 : 0)};
       const std::uint64_t here =
           left & (x ? next_x : ~next_x) & (y ? next_y : ~next_y) & (z ? next_z : ~next_z);
       left &= ~here;
-      const std::uint32_t entry =
-          recent.entry(index, [this](VoxelKey key) { return map_.find_or_insert(key); });
-      add_cells(cells, block, here, entry, corner_of(index, size_m));
+      take(block, here,
+           VoxelIndex{corner.x + (x ? 1 : 0), corner.y + (y ? 1 : 0), corner.z + (z ? 1 : 0)});
     }
   }
 }
 
-void CoarseVoxels::add_cells(const CellTable& cells, const Block& block, std::uint64_t some,
-                             std::uint32_t entry, const Eigen::Vector3f& corner) noexcept {
-  visit_rows(block, some,
-             [this, entry](std::uint64_t, std::uint32_t row) noexcept { of_row_[row] = entry; });
-  if (entry == kNone) {
-    left_out_ += popcount(some);
+// The order of the blocks numbers the voxels and rounds their sums. Two workers follow each other
+// through it: one finds voxels, the other adds up those of the blocks before.
+void CoarseVoxels::add(const CellTable& cells, Slice some, const Executor& executor) noexcept {
+  RecentVoxels recent;
+  if (executor.workers == 1) {
+    split_by_voxel(cells, some,
+                   [&](const Block& block, std::uint64_t here, const VoxelIndex& index) noexcept {
+                     const std::uint32_t entry = enter_cells(block, here, index, recent);
+                     add_cells(cells, block, here, entry, index);
+                   });
     return;
   }
+  constexpr std::uint32_t kLeast = 512;
+  const Cut cut(executor, some, std::max(kLeast, some.size() / 16 + 1));
+  for (std::uint32_t step = 0; step <= cut.parts(); ++step) {
+    for_parts(executor, 2, [&](std::uint32_t part, std::uint32_t) noexcept {
+      if (part == 0 && step > 0) add_up(cells, cut[step - 1]);
+      if (part == 1 && step < cut.parts()) enter(cells, cut[step], recent);
+    });
+  }
+}
+
+void CoarseVoxels::enter(const CellTable& cells, Slice blocks, RecentVoxels& recent) noexcept {
+  split_by_voxel(cells, blocks,
+                 [&](const Block& block, std::uint64_t here, const VoxelIndex& index) noexcept {
+                   enter_cells(block, here, index, recent);
+                 });
+}
+
+void CoarseVoxels::add_up(const CellTable& cells, Slice blocks) noexcept {
+  split_by_voxel(cells, blocks,
+                 [&](const Block& block, std::uint64_t here, const VoxelIndex& index) noexcept {
+                   const auto bit = static_cast<std::uint32_t>(std::countr_zero(here));
+                   add_cells(cells, block, here, of_row_[row_of(block, bit)], index);
+                 });
+}
+
+std::uint32_t CoarseVoxels::enter_cells(const Block& block, std::uint64_t some,
+                                        const VoxelIndex& index, RecentVoxels& recent) noexcept {
+  const std::uint32_t entry =
+      recent.entry(index, [this](VoxelKey key) { return map_.find_or_insert(key); });
+  visit_rows(block, some,
+             [this, entry](std::uint64_t, std::uint32_t row) noexcept { of_row_[row] = entry; });
+  if (entry == kNone) left_out_ += popcount(some);
+  return entry;
+}
+
+void CoarseVoxels::add_cells(const CellTable& cells, const Block& block, std::uint64_t some,
+                             std::uint32_t entry, const VoxelIndex& index) noexcept {
+  if (entry == kNone) return;
+  const Eigen::Vector3f corner = corner_of(index, cells.grid().voxel_size_m());
   CoarseVoxel& voxel = map_[entry];
   visit_rows(block, some, [&](std::uint64_t, std::uint32_t row) noexcept {
     const auto points = static_cast<float>(cells.points(row));

@@ -6,6 +6,7 @@
 
 #include "cell_table.hpp"
 #include "src/core/fixed_hash_map.hpp"
+#include "src/core/recent_voxels.hpp"
 #include "src/onboard/slice.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/onboard/config.hpp"
@@ -49,7 +50,7 @@ class CoarseVoxels {
   /// Begins the voxels of a keyframe. Nothing of the one before is read. O(voxels).
   void begin() noexcept;
   /// Adds the cells of some blocks of `cells`, each block once, in their order. O(cells).
-  void add(const CellTable& cells, Slice blocks) noexcept;
+  void add(const CellTable& cells, Slice blocks, const Executor& executor = {}) noexcept;
   /// Fits the planes of some voxels, once all cells are added. O(voxels).
   void find_planes(const Grid& grid, Slice voxels) noexcept;
 
@@ -63,9 +64,17 @@ class CoarseVoxels {
   [[nodiscard]] const FixedHashMap<CoarseVoxel>& map() const noexcept { return map_; }
 
  private:
-  /// Adds some cells of a block to the voxel they lie in.
+  /// Calls `take(block, some, voxel)` for the cells of each block, those in one voxel at a time.
+  template <typename Take>
+  static void split_by_voxel(const CellTable& cells, Slice blocks, const Take& take) noexcept;
+  void enter(const CellTable& cells, Slice blocks, RecentVoxels& recent) noexcept;
+  void add_up(const CellTable& cells, Slice blocks) noexcept;
+  /// Notes which voxel some cells of a block lie in. Returns its entry.
+  std::uint32_t enter_cells(const Block& block, std::uint64_t some, const VoxelIndex& index,
+                            RecentVoxels& recent) noexcept;
+  /// Adds them to it.
   void add_cells(const CellTable& cells, const Block& block, std::uint64_t some,
-                 std::uint32_t entry, const Eigen::Vector3f& corner) noexcept;
+                 std::uint32_t entry, const VoxelIndex& index) noexcept;
   void find_plane(CoarseVoxel& voxel, const Eigen::Vector3f& corner) const noexcept;
 
   VoxelConfig config_;

@@ -20,6 +20,10 @@ struct Grid {
   std::int64_t lattice_y = 0;
   std::int64_t lattice_z = 0;
 
+  /// Edge of a coarse voxel.
+  [[nodiscard]] float voxel_size_m() const noexcept {
+    return cell_size_m * static_cast<float>(cells_per_voxel);
+  }
   /// Cells of one lattice step.
   [[nodiscard]] std::int32_t step_cells() const noexcept { return cells_per_voxel * 4; }
   [[nodiscard]] double step_m() const noexcept {

@@ -1,6 +1,7 @@
 #include "keyframe_output.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "src/onboard/removal/ground.hpp"
@@ -16,6 +17,8 @@ std::uint16_t saturated(std::uint32_t points) noexcept {
 
 void KeyframeOutput::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   ground_ = config.ground;
+  executor_ = config.executor;
+  slice_blocks_ = slice_size(config, 4096, executor_.workers);
   feet_.allocate(arena, config);
   cells_ = arena.allocate<FineCell>(config.voxel.max_cells);
   cells_before_ = config.deferred ? arena.allocate<FineCell>(config.voxel.max_cells) : cells_;
@@ -43,14 +46,40 @@ void KeyframeOutput::begin(const BlockWindow& window, const CellTable& cells,
 
 bool KeyframeOutput::step(const BlockWindow& window, const CellTable& cells,
                           const CoarseVoxels& voxels) noexcept {
-  constexpr std::uint32_t kMostBlocks = 4096;
-  const Slice some = loop_.next(static_cast<std::uint32_t>(cells.blocks().size()), kMostBlocks);
-  for (std::uint32_t b = some.first; b < some.end; ++b) add_block(b, window, cells, voxels);
+  const std::span<const Block> blocks = cells.blocks();
+  const Slice some = loop_.next(static_cast<std::uint32_t>(blocks.size()), slice_blocks_);
+  const Cut cut(executor_, some, kBlocksPerPart);
+  std::uint32_t dynamic[Cut::kMost];
+  count_before(executor_, cut, dynamic_count_, dynamic, [&](Slice part) noexcept {
+    std::uint32_t count = 0;
+    for (std::uint32_t b = part.first; b < part.end; ++b) {
+      count += popcount(cells.marks(b).dynamic & blocks[b].occupied);
+    }
+    return count;
+  });
+  for_parts(executor_, cut.parts(), [&](std::uint32_t part, std::uint32_t) noexcept {
+    const Ends ends = add_blocks(cut[part], dynamic[part], window, cells, voxels);
+    if (cut[part].end < some.end) return;
+    static_count_ = static_cast<std::uint32_t>(ends.next_static - cells_);
+    dynamic_count_ = static_cast<std::uint32_t>(cells_ + capacity_ - ends.last_dynamic);
+  });
   return !loop_.is_over();
 }
 
-void KeyframeOutput::add_block(std::uint32_t b, const BlockWindow& window, const CellTable& cells,
-                               const CoarseVoxels& voxels) noexcept {
+KeyframeOutput::Ends KeyframeOutput::add_blocks(Slice some, std::uint32_t dynamic_before,
+                                                const BlockWindow& window, const CellTable& cells,
+                                                const CoarseVoxels& voxels) noexcept {
+  Ends ends{cells_ + (cells.blocks()[some.first].first - dynamic_before),
+            cells_ + (capacity_ - dynamic_before)};
+  for (std::uint32_t b = some.first; b < some.end; ++b) {
+    ends = add_block(b, ends, window, cells, voxels);
+  }
+  return ends;
+}
+
+KeyframeOutput::Ends KeyframeOutput::add_block(std::uint32_t b, Ends ends,
+                                               const BlockWindow& window, const CellTable& cells,
+                                               const CoarseVoxels& voxels) noexcept {
   const Eigen::Matrix3f r = R_keyframe_grid_;
   const Eigen::Vector3f t = t_keyframe_grid_;
   const Block& block = cells.blocks()[b];
@@ -62,30 +91,22 @@ void KeyframeOutput::add_block(std::uint32_t b, const BlockWindow& window, const
     const bool dynamic = (marks.dynamic & cell) != 0;
     const std::uint8_t intensity =
         intensities_ == nullptr ? std::uint8_t{0} : intensities_[cells.entry(row)].mean();
-    add({r * cells.position(row) + t, saturated(cells.points(row)),
-         static_cast<std::uint8_t>((marks.ground & cell) != 0), intensity},
-        dynamic);
+    FineCell& made = dynamic ? *--ends.last_dynamic : *ends.next_static++;
+    made = {r * cells.position(row) + t, saturated(cells.points(row)),
+            static_cast<std::uint8_t>((marks.ground & cell) != 0), intensity};
     std::uint32_t from = kAboveCell;
     if (dynamic) from = ground_level_in_cell(ground_, voxels, cells, row);
     if ((feet & cell) != 0) from = feet_.level_in_cell(window, voxels, cells, row);
     set_dynamic_from(cells.entry(row), from);
   }
-}
-
-void KeyframeOutput::add(const FineCell& cell, bool dynamic) noexcept {
-  if (dynamic) {
-    ++dynamic_count_;
-    cells_[capacity_ - dynamic_count_] = cell;
-  } else {
-    cells_[static_count_++] = cell;
-  }
+  return ends;
 }
 
 std::uint64_t KeyframeOutput::count_dynamic(const ScanAccumulator& scans) const noexcept {
-  std::uint64_t dynamic = 0;
-  for (std::uint32_t scan = 0; scan < scans.scans(); ++scan) {
+  std::uint32_t dynamic[KeyframeConfig::kMaxScans];
+  for_parts(executor_, scans.scans(), [&](std::uint32_t scan, std::uint32_t) noexcept {
     const std::span<const PointCode> codes = scans.codes(scan);
-    std::uint32_t count = 0;
+    std::uint32_t& count = dynamic[scan];
     run_vectorised(width_, [&]() UNIMAPPER_VECTORISED {
       const std::uint32_t* const pairs = dynamic_from_;
       const std::uint32_t no_cell = entries_;
@@ -100,9 +121,8 @@ std::uint64_t KeyframeOutput::count_dynamic(const ScanAccumulator& scans) const 
       }
       count = sum;
     });
-    dynamic += count;
-  }
-  return dynamic;
+  });
+  return std::accumulate(dynamic, dynamic + scans.scans(), std::uint64_t{0});
 }
 
 }  // namespace unimapper::onboard

@@ -27,7 +27,8 @@ class KeyframeOutput {
   /// `ScanAccumulator`, until the last step. O(blocks).
   void begin(const BlockWindow& window, const CellTable& cells, const Pose& T_odometry_keyframe,
              const IntensitySum* intensities) noexcept;
-  /// Converts those of the next 4,096 blocks. False once none is left. O(cells).
+  /// Converts those of the next blocks, with `deferred` 4,096 for each worker. False once none is
+  /// left. O(cells).
   bool step(const BlockWindow& window, const CellTable& cells, const CoarseVoxels& voxels) noexcept;
 
   [[nodiscard]] std::span<const FineCell> static_cells() const noexcept {
@@ -50,9 +51,16 @@ class KeyframeOutput {
   [[nodiscard]] std::uint64_t count_dynamic(const ScanAccumulator& scans) const noexcept;
 
  private:
-  void add_block(std::uint32_t b, const BlockWindow& window, const CellTable& cells,
+  /// Where cells go.
+  struct Ends {
+    FineCell* next_static;
+    FineCell* last_dynamic;
+  };
+  /// Converts some blocks, before which so many cells are dynamic.
+  Ends add_blocks(Slice some, std::uint32_t dynamic_before, const BlockWindow& window,
+                  const CellTable& cells, const CoarseVoxels& voxels) noexcept;
+  Ends add_block(std::uint32_t b, Ends ends, const BlockWindow& window, const CellTable& cells,
                  const CoarseVoxels& voxels) noexcept;
-  void add(const FineCell& cell, bool dynamic) noexcept;
   /// How high in the cell of an entry dynamic points begin, out of words of two entries each: what
   /// a vector gathers are words.
   [[nodiscard]] static std::uint32_t dynamic_from(const std::uint32_t* pairs,
@@ -67,6 +75,8 @@ class KeyframeOutput {
 
   GroundConfig ground_;
   Feet feet_;
+  Executor executor_;
+  std::uint32_t slice_blocks_ = 0;
   SlicedLoop loop_;
   Eigen::Matrix3f R_keyframe_grid_ = Eigen::Matrix3f::Identity();
   Eigen::Vector3f t_keyframe_grid_ = Eigen::Vector3f::Zero();

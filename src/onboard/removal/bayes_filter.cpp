@@ -39,6 +39,12 @@ struct BayesFilter::Group {
   [[nodiscard]] bool has_room() const noexcept { return size + Block::kCells <= kGroup; }
 };
 
+struct BayesFilter::Worker {
+  Group known;  ///< candidates of the keyframe before, too
+  Group fresh;
+  std::uint32_t projections;  ///< in this slice
+};
+
 void BayesFilter::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   free_space_ = config.free_space;
   log_odds_ = {EvidenceWeights::of(config.removal),
@@ -46,15 +52,20 @@ void BayesFilter::allocate(Arena& arena, const PipelineConfig& config) noexcept 
                in_thousandths(RemovalConfig::kConfirmedDynamicLogOdds),
                in_thousandths(config.removal.log_odds_clamp), 0};
   log_odds_.store = std::min(std::max(log_odds_.clamp, log_odds_.confirmed_static), 30000);
-  known_ = arena.allocate<Group>(1);
-  new_ = arena.allocate<Group>(1);
+  executor_ = config.executor;
+  workers_ = arena.allocate<Worker>(executor_.workers);
+  slice_blocks_ = slice_size(config, 4096, executor_.workers);
+  slice_projections_ = config.deferred ? 1U << 16U : UINT32_MAX;
   sums_ = arena.allocate<std::int16_t>(config.voxel.max_cells);
   sums_before_ = arena.allocate<std::int16_t>(config.voxel.max_cells);
 }
 
 void BayesFilter::begin(const EvidenceWindow& window, const CellTable& cells) noexcept {
-  known_->size = new_->size = 0;
-  next_block_ = 0;
+  for (std::uint32_t i = 0; i < executor_.workers; ++i) {
+    workers_[i].known.size = workers_[i].fresh.size = 0;
+  }
+  loop_.begin();
+  slice_ = {0, 0};
   images_ = free_space_.own_keyframe ? window.current().image_count : 0;
   for (std::uint32_t age = 1; age <= window.earlier_count(); ++age) {
     images_ += 1 + window.earlier(age).image_count / free_space_.earlier_image_stride;
@@ -63,26 +74,45 @@ void BayesFilter::begin(const EvidenceWindow& window, const CellTable& cells) no
 }
 
 bool BayesFilter::step(const EvidenceWindow& window, CellTable& cells) noexcept {
-  constexpr std::uint32_t kMostBlocks = 4096;
-  constexpr std::uint32_t kMostProjections = 1U << 16U;
-  const auto block_count = static_cast<std::uint32_t>(cells.blocks().size());
-  const std::uint32_t end = std::min(block_count - next_block_, kMostBlocks) + next_block_;
-  std::uint32_t projections = 0;
-  for (; next_block_ < end && projections < kMostProjections; ++next_block_) {
-    if (!known_->has_room()) finish_known(window, cells);
-    if (!new_->has_room()) {
-      finish_new(window, cells);
-      projections += kGroup * images_;
-    }
-    prefetch(window.blocks(), next_block_ + kHistoryAhead);
-    collect(window, cells, next_block_);
+  if (slice_.size() == 0) {
+    slice_ = loop_.next(static_cast<std::uint32_t>(cells.blocks().size()), slice_blocks_);
+    const Cut begun(executor_, slice_, kBlocksPerPart);
+    for (std::uint32_t part = 0; part < begun.parts(); ++part)
+      next_block_[part] = begun[part].first;
   }
-  if (next_block_ < block_count) return true;
-  finish_known(window, cells);
-  finish_new(window, cells);
+  const Cut cut(executor_, slice_, kBlocksPerPart);
+  for (std::uint32_t i = 0; i < executor_.workers; ++i) workers_[i].projections = 0;
+  for_parts(executor_, cut.parts(), [&](std::uint32_t part, std::uint32_t worker) noexcept {
+    next_block_[part] =
+        collect_some(window, cells, {next_block_[part], cut[part].end}, workers_[worker]);
+  });
+  for (std::uint32_t part = 0; part < cut.parts(); ++part) {
+    if (next_block_[part] < cut[part].end) return true;
+  }
+  slice_ = {0, 0};
+  if (!loop_.is_over()) return true;
+  for_parts(executor_, executor_.workers, [&](std::uint32_t part, std::uint32_t) noexcept {
+    finish_known(window, cells, workers_[part].known);
+    finish_new(window, cells, workers_[part].fresh);
+  });
   std::swap(sums_, sums_before_);
   rows_ = cells.size();
   return false;
+}
+
+std::uint32_t BayesFilter::collect_some(const EvidenceWindow& window, CellTable& cells,
+                                        Slice blocks, Worker& worker) noexcept {
+  std::uint32_t b = blocks.first;
+  for (; b < blocks.end && worker.projections < slice_projections_; ++b) {
+    if (!worker.known.has_room()) finish_known(window, cells, worker.known);
+    if (!worker.fresh.has_room()) {
+      finish_new(window, cells, worker.fresh);
+      worker.projections += kGroup * images_;
+    }
+    prefetch(window.blocks(), b + kHistoryAhead);
+    collect(window, cells, b, worker);
+  }
+  return b;
 }
 
 void BayesFilter::prefetch(const BlockWindow& blocks, std::uint32_t block) const noexcept {
@@ -93,15 +123,16 @@ void BayesFilter::prefetch(const BlockWindow& blocks, std::uint32_t block) const
   prefetch_for_read(sums_before_ + blocks.before(block).first);
 }
 
-void BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells,
-                          std::uint32_t b) noexcept {
+void BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells, std::uint32_t b,
+                          Worker& worker) const noexcept {
   const std::uint64_t candidates = cells.marks(b).candidate;
   if (candidates == 0) return;
   const Block& block = cells.blocks()[b];
   const BlockHistory before = window.blocks().before(b);
   const std::int16_t* const sums_before = sums_before_ + before.first;
   const std::uint64_t occupied_before = log_odds_.clamp > 0 ? before.occupied : 0;
-  const std::uint32_t first_new = new_->size;
+  Group& fresh = worker.fresh;
+  const std::uint32_t first_new = fresh.size;
   std::uint32_t row = block.first;
   for (std::uint64_t left = block.occupied; left != 0; left &= left - 1, ++row) {
     const std::uint64_t cell = lowest_bit(left);
@@ -109,40 +140,42 @@ void BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells,
     std::int32_t sum = kNoCandidate;
     if ((occupied_before & cell) != 0) sum = sums_before[popcount(before.occupied & (cell - 1U))];
     if (sum == kNoCandidate) {
-      new_->add(cells, row, 0);
+      fresh.add(cells, row, 0);
     } else {
       const std::int32_t carried = std::clamp(sum, -log_odds_.clamp, log_odds_.clamp);
-      known_->add(cells, row, carried - log_odds_.weights.occupied);
+      worker.known.add(cells, row, carried - log_odds_.weights.occupied);
     }
   }
-  if (new_->size == first_new) return;
+  if (fresh.size == first_new) return;
   const CellCounts occupied(window.blocks().occupied(b));
-  for (std::uint32_t i = first_new; i < new_->size; ++i) {
+  for (std::uint32_t i = first_new; i < fresh.size; ++i) {
     // Occupied in the current keyframe, too, which is no evidence.
-    const std::int32_t times = occupied.of(cells.bit_of_row(new_->row[i])) - 1;
-    new_->log_odds[i] = -log_odds_.weights.occupied * times;
+    const std::int32_t times = occupied.of(cells.bit_of_row(fresh.row[i])) - 1;
+    fresh.log_odds[i] = -log_odds_.weights.occupied * times;
   }
 }
 
-void BayesFilter::finish_known(const EvidenceWindow& window, CellTable& cells) noexcept {
-  if (known_->size == 0) return;
-  if (free_space_.columns) add_columns(*known_, window.blocks(), window.earlier(1), 1, cells);
+void BayesFilter::finish_known(const EvidenceWindow& window, CellTable& cells,
+                               Group& known) noexcept {
+  if (known.size == 0) return;
+  if (free_space_.columns) add_columns(known, window.blocks(), window.earlier(1), 1, cells);
   // Its own images were weighed with the keyframe before if images of the own keyframe count.
   const KeyframeEvidence& latest = free_space_.own_keyframe ? window.current() : window.earlier(1);
-  latest.observe(1, cells.grid(), known_->points());
-  decide(*known_, cells);
+  latest.observe(1, cells.grid(), known.points());
+  decide(known, cells);
 }
 
-void BayesFilter::finish_new(const EvidenceWindow& window, CellTable& cells) noexcept {
+void BayesFilter::finish_new(const EvidenceWindow& window, CellTable& cells,
+                             Group& fresh) noexcept {
   for (std::uint32_t age = window.earlier_count(); age >= 1; --age) {
     const KeyframeEvidence& evidence = window.earlier(age);
-    if (free_space_.columns) add_columns(*new_, window.blocks(), evidence, age, cells);
-    evidence.observe(free_space_.earlier_image_stride, cells.grid(), new_->points());
+    if (free_space_.columns) add_columns(fresh, window.blocks(), evidence, age, cells);
+    evidence.observe(free_space_.earlier_image_stride, cells.grid(), fresh.points());
   }
   if (free_space_.own_keyframe) {
-    window.current().observe(1, cells.grid(), new_->points());
+    window.current().observe(1, cells.grid(), fresh.points());
   }
-  decide(*new_, cells);
+  decide(fresh, cells);
 }
 
 void BayesFilter::add_columns(Group& group, const BlockWindow& blocks,

@@ -7,6 +7,7 @@
 
 #include "evidence_window.hpp"
 #include "src/onboard/keyframe/cell_table.hpp"
+#include "src/onboard/slice.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/free_space/evidence_weights.hpp"
 #include "unimapper/onboard/config.hpp"
@@ -28,8 +29,8 @@ class BayesFilter {
   /// Begins to mark the candidates of `cells` whose probability exceeds one half as dynamic.
   /// O(cells).
   void begin(const EvidenceWindow& window, const CellTable& cells) noexcept;
-  /// Decides about the next ones: of 4,096 blocks, or what about 65,536 projections into images
-  /// decide. False once none is left.
+  /// Decides about the next ones. With `deferred` each worker does those of 4,096 blocks, or what
+  /// about 65,536 projections into images decide. False once none is left.
   bool step(const EvidenceWindow& window, CellTable& cells) noexcept;
   /// Images that a new candidate is projected into.
   [[nodiscard]] std::uint32_t images() const noexcept { return images_; }
@@ -48,13 +49,19 @@ class BayesFilter {
   /// measurement adds its share.
   static constexpr std::uint32_t kGroup = 2048;
   struct Group;
+  /// Candidates that a worker has not decided about yet. Every block has one worker.
+  struct Worker;
 
+  /// Does blocks of a part until the worker has done enough. Returns the next one.
+  std::uint32_t collect_some(const EvidenceWindow& window, CellTable& cells, Slice blocks,
+                             Worker& worker) noexcept;
   /// Starts loading what is known of a block, if there is one of that number.
   void prefetch(const BlockWindow& blocks, std::uint32_t block) const noexcept;
   /// Puts the candidates of a block into the group they belong to.
-  void collect(const EvidenceWindow& window, const CellTable& cells, std::uint32_t block) noexcept;
-  void finish_known(const EvidenceWindow& window, CellTable& cells) noexcept;
-  void finish_new(const EvidenceWindow& window, CellTable& cells) noexcept;
+  void collect(const EvidenceWindow& window, const CellTable& cells, std::uint32_t block,
+               Worker& worker) const noexcept;
+  void finish_known(const EvidenceWindow& window, CellTable& cells, Group& known) noexcept;
+  void finish_new(const EvidenceWindow& window, CellTable& cells, Group& fresh) noexcept;
   void add_columns(Group& group, const BlockWindow& blocks, const KeyframeEvidence& evidence,
                    std::uint32_t age, const CellTable& cells) const noexcept;
   void decide(Group& group, CellTable& cells) noexcept;
@@ -69,14 +76,18 @@ class BayesFilter {
     std::int32_t store;  ///< clamp of what is stored: at least `confirmed_static`
   };
   LogOdds log_odds_{};
-  Group* known_ = nullptr;  ///< candidates of the keyframe before, too
-  Group* new_ = nullptr;
+  Executor executor_;
+  Worker* workers_ = nullptr;
+  std::uint32_t slice_blocks_ = 0;
+  std::uint32_t slice_projections_ = 0;
 
   /// Sums by row, of this keyframe and of the one before; `kNoCandidate` for all others.
   static constexpr std::int16_t kNoCandidate = INT16_MIN;
   std::uint32_t rows_ = 0;  ///< of the last run
-  std::uint32_t next_block_ = 0;
-  std::uint32_t images_ = 0;  ///< that a new candidate is projected into
+  SlicedLoop loop_;
+  Slice slice_{};                         ///< blocks that are being decided about, in parts
+  std::uint32_t next_block_[Cut::kMost];  ///< by part
+  std::uint32_t images_ = 0;              ///< that a new candidate is projected into
   std::int16_t* sums_ = nullptr;
   std::int16_t* sums_before_ = nullptr;
 };

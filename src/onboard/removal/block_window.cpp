@@ -97,8 +97,27 @@ std::uint32_t BlockWindow::enter(const VoxelIndex& block) noexcept {
   return number_[tile.entries[position]] = entered_count_++;
 }
 
-void BlockWindow::arrange(std::span<const std::uint64_t> occupied) noexcept {
-  for (std::uint32_t t = 0; t < entered_tile_count_; ++t) {
+void BlockWindow::arrange(std::span<const std::uint64_t> occupied,
+                          const Executor& executor) noexcept {
+  constexpr std::uint32_t kTilesPerPart = 64;
+  const Cut tiles(executor, {0, entered_tile_count_}, kTilesPerPart);
+  std::uint32_t first[Cut::kMost];
+  count_before(executor, tiles, 0, first, [&](Slice some) noexcept {
+    std::uint32_t blocks = 0;
+    for (std::uint32_t t = some.first; t < some.end; ++t) {
+      blocks += popcount(tiles_[entered_tiles_[t]].entered);
+    }
+    return blocks;
+  });
+  for_parts(executor, tiles.parts(), [&](std::uint32_t part, std::uint32_t) noexcept {
+    number_tiles(tiles[part], first[part], occupied);
+  });
+  entered_[current_].count = entered_count_;
+}
+
+void BlockWindow::number_tiles(Slice tiles, std::uint32_t number,
+                               std::span<const std::uint64_t> occupied) noexcept {
+  for (std::uint32_t t = tiles.first; t < tiles.end; ++t) {
     Tile& tile = tiles_[entered_tiles_[t]];
     for (std::uint64_t left = tile.entered; left != 0; left &= left - 1) {
       const std::uint32_t entry = tile.entries[std::countr_zero(left)];
@@ -108,15 +127,16 @@ void BlockWindow::arrange(std::span<const std::uint64_t> occupied) noexcept {
     }
     for (std::uint64_t left = tile.entered; left != 0; left &= left - 1) {
       const auto position = static_cast<std::uint32_t>(std::countr_zero(left));
-      number_block((entered_tiles_[t] << 6U) | position, occupied[number_[tile.entries[position]]]);
+      number_block(number++, (entered_tiles_[t] << 6U) | position,
+                   occupied[number_[tile.entries[position]]]);
     }
   }
 }
 
-void BlockWindow::number_block(std::uint32_t position, std::uint64_t occupied) noexcept {
+void BlockWindow::number_block(std::uint32_t number, std::uint32_t position,
+                               std::uint64_t occupied) noexcept {
   const std::uint32_t entry = tiles_[position >> 6U].entries[position & 63U];
   Held& held = held_[entry];
-  const std::uint32_t number = entered_[current_].count++;
   entered_[current_].entries[number] = entry;
   order_[number] = number_[entry];
   position_of_number_[number] = position;

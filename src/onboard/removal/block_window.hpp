@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "src/core/parts.hpp"
 #include "src/core/prefetch.hpp"
 #include "src/free_space/block.hpp"
 #include "src/onboard/keyframe/grid.hpp"
@@ -69,7 +70,7 @@ class BlockWindow {
   /// Numbers the blocks of the current keyframe once all are entered: tile by tile, so that what
   /// lies side by side in space is processed in sequence. All that follows uses these numbers.
   /// `occupied`: cells of each block, in the order of entry. O(blocks).
-  void arrange(std::span<const std::uint64_t> occupied) noexcept;
+  void arrange(std::span<const std::uint64_t> occupied, const Executor& executor = {}) noexcept;
   /// By number: what `enter` returned for the block.
   [[nodiscard]] std::span<const std::uint32_t> order() const noexcept {
     return {order_, entered_[current_].count};
@@ -201,8 +202,11 @@ class BlockWindow {
   [[nodiscard]] bool has_entered(const Tile& tile, std::uint32_t position) const noexcept {
     return tile.keyframe == keyframe_ && (tile.entered >> position & 1U) != 0;
   }
-  /// Gives the next number to the block at a position (as in `Held::position`).
-  void number_block(std::uint32_t position, std::uint64_t occupied) noexcept;
+  /// Gives numbers from `number` on to the blocks that were entered into some tiles.
+  void number_tiles(Slice tiles, std::uint32_t number,
+                    std::span<const std::uint64_t> occupied) noexcept;
+  /// Gives a number to the block at a position (as in `Held::position`).
+  void number_block(std::uint32_t number, std::uint32_t position, std::uint64_t occupied) noexcept;
   bool make_block(std::uint32_t tile, std::uint32_t position) noexcept;
   void evict(Entered& entered) noexcept;
   /// No keyframe of the window occupies the block any more.

@@ -10,6 +10,9 @@ namespace unimapper::onboard {
 
 void ComponentClassifier::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   config_ = config.removal;
+  executor_ = config.executor;
+  shared_slice_blocks_ = slice_size(config, 4096, executor_.workers);
+  slice_blocks_ = slice_size(config, 4096, 1);
   confirmed_static_ = in_thousandths(std::min(config.removal.confirmed_static_log_odds, 30.0F));
   const std::size_t max_parts = config.voxel.max_blocks() * 2;
   labels_.allocate(arena, config.voxel.max_blocks(), max_parts);
@@ -27,25 +30,25 @@ void ComponentClassifier::begin() noexcept {
 
 bool ComponentClassifier::step(const BlockWindow& window, std::span<const std::int16_t> log_odds,
                                const Viewpoint& viewpoint, CellTable& cells) noexcept {
-  constexpr std::uint32_t kMostBlocks = 4096;
   const auto blocks = static_cast<std::uint32_t>(cells.blocks().size());
   const auto neighbour = [&](std::uint32_t b, const BlockOffset& offset) noexcept {
     return window.neighbour(b, offset);
   };
-  const Slice some = loop_.next(blocks, kMostBlocks);
+  const bool is_shared = task_ == Task::kJoin || task_ == Task::kMark;
+  const Slice some = loop_.next(blocks, is_shared ? shared_slice_blocks_ : slice_blocks_);
   switch (task_) {
     case Task::kSplit:
-      labels_.split(some.first, some.end, blocks, [&](std::uint32_t b) noexcept {
+      labels_.split(some, blocks, [&](std::uint32_t b) noexcept {
         const std::uint64_t following = followers(window, cells, b);
         return LabelledCells{cells.marks(b).candidate & ~following, following};
       });
       break;
     case Task::kJoin:
-      labels_.join(some.first, some.end, neighbour);
+      labels_.join(some, blocks, neighbour, executor_);
       if (loop_.is_over()) components_ = labels_.count();
       break;
     case Task::kFollow:
-      labels_.add_low(some.first, some.end, blocks, neighbour);
+      labels_.add_low(some, blocks, neighbour, executor_);
       break;
     case Task::kSigns:
       if (some.first == 0) std::fill_n(outcome_, labels_.size(), Outcome::kNoSign);
@@ -57,7 +60,8 @@ bool ComponentClassifier::step(const BlockWindow& window, std::span<const std::i
       if (loop_.is_over()) decide_all(viewpoint);
       break;
     case Task::kMark:
-      mark(cells, some);
+      for_slices(executor_, some, kBlocksPerPart,
+                 [&](Slice part, std::uint32_t) noexcept { mark(cells, part); });
       break;
     case Task::kClusters:
       clusters_.mark(window, log_odds, labels_, tally_, cells);

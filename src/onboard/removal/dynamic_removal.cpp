@@ -28,23 +28,26 @@ void DynamicRemoval::begin(const Grid& grid, const Viewpoint& viewpoint) noexcep
 template <typename Stage>
 void DynamicRemoval::list_stages(std::uint32_t blocks, Stage stage) const noexcept {
   stage(slice_cost::arrangement(blocks), [](DynamicRemoval&, const Input& in) noexcept {
-    in.window.blocks().arrange(in.store.occupied());
+    in.window.blocks().arrange(in.store.occupied(), in.executor);
     return false;
   });
   stage(slice_cost::kTable, [](DynamicRemoval& removal, const Input& in) noexcept {
-    removal.cells_.add(in.store, in.window.blocks().order(), removal.next_blocks(in));
+    removal.cells_.add(in.store, in.window.blocks().order(),
+                       removal.next_blocks(in, in.executor.workers), in.executor);
     if (!removal.loop_.is_over()) return true;
     removal.voxels_.begin();  // they lie where the sums did
     return false;
   });
   stage(slice_cost::kMoments, [](DynamicRemoval& removal, const Input& in) noexcept {
-    removal.voxels_.add(removal.cells_, removal.next_blocks(in));
+    removal.voxels_.add(removal.cells_, removal.next_blocks(in, 1), in.executor);
     return !removal.loop_.is_over();
   });
-  stage(slice_cost::kPlanes, [](DynamicRemoval& removal, const Input&) noexcept {
-    constexpr std::uint32_t kMostPlanes = 2048;
-    removal.voxels_.find_planes(removal.cells_.grid(),
-                                removal.loop_.next(removal.voxels_.map().size(), kMostPlanes));
+  stage(slice_cost::kPlanes, [](DynamicRemoval& removal, const Input& in) noexcept {
+    const std::uint32_t most = slice_size(removal.config_, 2048, in.executor.workers);
+    for_slices(in.executor, removal.loop_.next(removal.voxels_.map().size(), most), kVoxelsPerPart,
+               [&](Slice some, std::uint32_t) noexcept {
+                 removal.voxels_.find_planes(removal.cells_.grid(), some);
+               });
     return !removal.loop_.is_over();
   });
   stage(slice_cost::ground(blocks), [](DynamicRemoval& removal, const Input&) noexcept {
@@ -58,15 +61,18 @@ void DynamicRemoval::list_stages(std::uint32_t blocks, Stage stage) const noexce
               removal.transparent_.reject(in.window, removal.cells_, removal.voxels_);
           return false;
         });
-  stage(slice_cost::ground_levels(blocks), [](DynamicRemoval& removal, const Input&) noexcept {
-    removal.ground_voxels_ -= removal.levels_.reject_elevated(removal.voxels_.map());
+  stage(slice_cost::ground_levels(blocks), [](DynamicRemoval& removal, const Input& in) noexcept {
+    removal.ground_voxels_ -= removal.levels_.reject_elevated(removal.voxels_.map(), in.executor);
     propagate_ground(removal.config_.ground, removal.voxels_.map());
     return false;
   });
   stage(slice_cost::kSplit, [](DynamicRemoval& removal, const Input& in) noexcept {
-    split_ground(removal.config_.ground, removal.config_.removal, removal.voxels_,
-                 {removal.viewpoint_.sensor_m, removal.viewpoint_.stray_range_m},
-                 removal.next_blocks(in), removal.cells_);
+    for_slices(in.executor, removal.next_blocks(in, in.executor.workers), kBlocksPerPart,
+               [&](Slice some, std::uint32_t) noexcept {
+                 split_ground(removal.config_.ground, removal.config_.removal, removal.voxels_,
+                              {removal.viewpoint_.sensor_m, removal.viewpoint_.stray_range_m}, some,
+                              removal.cells_);
+               });
     return !removal.loop_.is_over();
   });
   stage(slice_cost::occupancy(blocks), [](DynamicRemoval& removal, const Input& in) noexcept {
@@ -88,7 +94,7 @@ bool DynamicRemoval::step(const CellStore& store, EvidenceWindow& window) noexce
   std::uint32_t stages = 0;
   bool is_left = false;
   list_stages(store.block_count(), [&](std::uint32_t, auto slice) noexcept {
-    if (stages++ == stage_) is_left = slice(*this, Input{store, window});
+    if (stages++ == stage_) is_left = slice(*this, Input{store, window, config_.executor});
   });
   if (is_left) return true;
   loop_.begin();
@@ -104,9 +110,8 @@ std::uint32_t DynamicRemoval::step_cost(std::uint32_t blocks) const noexcept {
   return cost;
 }
 
-Slice DynamicRemoval::next_blocks(const Input& in) noexcept {
-  constexpr std::uint32_t kMostBlocks = 4096;
-  return loop_.next(in.store.block_count(), kMostBlocks);
+Slice DynamicRemoval::next_blocks(const Input& in, std::uint32_t workers) noexcept {
+  return loop_.next(in.store.block_count(), slice_size(config_, 4096, workers));
 }
 
 void DynamicRemoval::prepare_evidence(EvidenceWindow& window) noexcept {

@@ -33,8 +33,9 @@ class DynamicRemoval {
   /// Begins with the keyframe whose cells these are, and which is the window's current one. No
   /// cell or block is added until all slices are done. O(1).
   void begin(const Grid& grid, const Viewpoint& viewpoint) noexcept;
-  /// The next slice: 4,096 blocks of cells, 2,048 plane fits, one pass over the coarse voxels, or
-  /// one over the cells that decides nothing. False once all cells are labelled.
+  /// The next slice. With `deferred` for each worker 4,096 blocks of cells or 2,048 plane fits, or
+  /// one pass over the coarse voxels, or one over the cells that decides nothing. False once all
+  /// cells are labelled.
   bool step(const CellStore& store, EvidenceWindow& window) noexcept;
   /// What it costs, about (`slice_cost`), in a keyframe of so many blocks.
   [[nodiscard]] std::uint32_t step_cost(std::uint32_t blocks) const noexcept;
@@ -54,11 +55,13 @@ class DynamicRemoval {
   struct Input {
     const CellStore& store;
     EvidenceWindow& window;
+    const Executor& executor;
   };
 
   template <typename Stage>
   void list_stages(std::uint32_t blocks, Stage stage) const noexcept;
-  Slice next_blocks(const Input& in) noexcept;
+  /// Of a slice that so many workers share.
+  Slice next_blocks(const Input& in, std::uint32_t workers) noexcept;
   void prepare_evidence(EvidenceWindow& window) noexcept;
 
   const PipelineConfig& config_;

@@ -20,6 +20,7 @@ void KeyframeEvidence::observe(std::uint32_t stride, const Grid& points_grid,
 
 void EvidenceWindow::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   const std::size_t pixels_per_image = SamplingMonitor::max_pixels(config.free_space);
+  executor_ = config.executor;
   free_space_ = config.free_space;
   weights_ = EvidenceWeights::of(config.removal);
   blocks_.allocate(arena, config);
@@ -75,19 +76,25 @@ RangeImage* EvidenceWindow::image_for(std::uint32_t scan, const Pose& T_odometry
 }
 
 void EvidenceWindow::leave_out_ground(const CellTable& cells) noexcept {
-  for (std::uint32_t b = 0; b < cells.blocks().size(); ++b) {
-    const std::uint64_t ground = cells.marks(b).ground;
-    if (ground != 0) blocks_.leave_out(b, ground);
-  }
+  for_slices(executor_, {0, blocks_.numbered()}, kBlocksPerPart,
+             [&](Slice some, std::uint32_t) noexcept {
+               for (std::uint32_t b = some.first; b < some.end; ++b) {
+                 const std::uint64_t ground = cells.marks(b).ground;
+                 if (ground != 0) blocks_.leave_out(b, ground);
+               }
+             });
 }
 
 void EvidenceWindow::record(const CellTable& cells) noexcept {
   const std::span<const Block> blocks = cells.blocks();
-  for (std::uint32_t i = 0; i < blocks.size(); ++i) {
-    const CellMarks& marks = cells.marks(i);
-    blocks_.record(
-        i, {blocks[i].occupied, marks.dynamic, marks.proven & marks.dynamic, blocks[i].first});
-  }
+  for_slices(executor_, {0, blocks_.numbered()}, kBlocksPerPart,
+             [&](Slice some, std::uint32_t) noexcept {
+               for (std::uint32_t i = some.first; i < some.end; ++i) {
+                 const CellMarks& marks = cells.marks(i);
+                 blocks_.record(i, {blocks[i].occupied, marks.dynamic, marks.proven & marks.dynamic,
+                                    blocks[i].first});
+               }
+             });
   blocks_.advance();
   current_ = (current_ + 1) % slot_count_;
   earlier_ = std::min(earlier_ + 1, slot_count_ - 1);

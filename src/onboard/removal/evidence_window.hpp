@@ -98,6 +98,7 @@ class EvidenceWindow {
   [[nodiscard]] std::uint64_t left_out() const noexcept { return current().columns.left_out(); }
 
  private:
+  Executor executor_;
   BlockWindow blocks_;
   EvidenceWeights weights_;
   FreeSpaceConfig free_space_;

@@ -98,7 +98,8 @@ struct FinalLabels::Group {
   float z[kGroup];
   std::int32_t log_odds[kGroup];
   // One entry per block.
-  OpenBlock block[kGroup];
+  std::uint32_t block[kGroup];   ///< its number among the open ones
+  std::uint64_t open[kGroup];    ///< its undecided static cells but those that stay static
   std::uint32_t first[kGroup];   ///< its first cell
   std::int32_t decided[kGroup];  ///< evidence for its cells that stay static
 
@@ -120,7 +121,9 @@ void FinalLabels::allocate(Arena& arena, const PipelineConfig& config) noexcept 
   keyframe_capacity_ = config.removal.window + 1;
   capacity_ = std::max(4 * config.voxel.max_blocks(), keyframe_capacity_);
   open_ = arena.allocate<OpenBlock>(capacity_);
-  group_ = arena.allocate<Group>(1);
+  executor_ = config.executor;
+  slice_cells_ = slice_size(config, kGroup, executor_.workers);
+  groups_ = arena.allocate<Group>(executor_.workers);
   changed_.allocate(arena, config.voxel.max_blocks() / 4 + 1);
 }
 
@@ -189,7 +192,7 @@ void FinalLabels::start(const BlockWindow& blocks) noexcept {
   changed_.clear();
   result_ = {false, keyframe.sequence, blocks.age_of(keyframe.keyframe) - blocks.age_of(latest_), 0,
              0};
-  group_->size = group_->blocks = 0;
+  for (std::uint32_t i = 0; i < executor_.workers; ++i) groups_[i].size = groups_[i].blocks = 0;
   progress_ = Progress::kUnderWay;
 }
 
@@ -197,12 +200,20 @@ bool FinalLabels::step(const EvidenceWindow& window) noexcept {
   if (!is_in_progress()) return false;
   if (progress_ == Progress::kBegun) start(window.blocks());
   const Stored& keyframe = keyframes_[0];
-  const std::uint32_t age = window.blocks().age_of(keyframe.keyframe);
-  const std::uint32_t latest_age = window.blocks().age_of(latest_);
-  while (next_block_ < keyframe.count && group_->has_room()) {
-    add(window.blocks(), ring(keyframe.first + next_block_++), age, latest_age);
-  }
-  finish_group(window, age, latest_age);
+  const Ages ages{window.blocks().age_of(keyframe.keyframe), window.blocks().age_of(latest_)};
+  const Slice some = next_slice();
+  constexpr std::uint32_t kOpenBlocksPerPart = 64;
+  for_slices(executor_, some, kOpenBlocksPerPart, [&](Slice part, std::uint32_t worker) noexcept {
+    Group& group = groups_[worker];
+    for (std::uint32_t b = part.first; b < part.end; ++b) {
+      if (!group.has_room()) finish_group(window, ages, group);
+      add(window.blocks(), b, ages, group);
+    }
+  });
+  for_parts(executor_, executor_.workers, [&](std::uint32_t part, std::uint32_t) noexcept {
+    finish_group(window, ages, groups_[part]);
+  });
+  for (std::uint32_t b = some.first; b < some.end; ++b) take(ring(keyframe.first + b));
   if (next_block_ < keyframe.count) return true;
   progress_ = Progress::kDone;
   result_.available = true;
@@ -210,17 +221,31 @@ bool FinalLabels::step(const EvidenceWindow& window) noexcept {
   return false;
 }
 
+Slice FinalLabels::next_slice() noexcept {
+  const Stored& keyframe = keyframes_[0];
+  const std::uint32_t first = next_block_;
+  std::uint32_t cells = 0;
+  for (; next_block_ < keyframe.count && cells <= slice_cells_ - Block::kCells; ++next_block_) {
+    const OpenBlock& block = ring(keyframe.first + next_block_);
+    cells += popcount(block.dynamic | block.open);
+  }
+  cells_passed_ += cells;
+  return {first, next_block_};
+}
+
 std::uint32_t FinalLabels::steps_left() const noexcept {
   if (!is_in_progress()) return 0;
   // A step ends when there is no room for another full block.
-  constexpr std::uint32_t kLeast = kGroup - Block::kCells + 1;
-  return 1 + (keyframes_[0].cells - cells_passed_) / kLeast;
+  const std::uint32_t least = slice_cells_ - Block::kCells + 1;
+  return 1 + (keyframes_[0].cells - cells_passed_) / least;
 }
 
-void FinalLabels::add(const BlockWindow& blocks, const OpenBlock& block, std::uint32_t age,
-                      std::uint32_t latest_age) noexcept {
-  Group& group = *group_;
-  group.block[group.blocks] = block;
+void FinalLabels::add(const BlockWindow& blocks, std::uint32_t open_block, const Ages& ages,
+                      Group& group) noexcept {
+  const OpenBlock& block = ring(keyframes_[0].first + open_block);
+  const auto [age, latest_age] = ages;
+  group.block[group.blocks] = open_block;
+  group.open[group.blocks] = block.open;
   group.first[group.blocks] = group.size;
   const std::uint32_t number = group.blocks++;
   group.decided[number] = 0;
@@ -232,14 +257,13 @@ void FinalLabels::add(const BlockWindow& blocks, const OpenBlock& block, std::ui
     occupied_later[later - latest_age] = blocks.occupied_entry(entry, later);
   }
   const CellCounts occupied({occupied_later, age - latest_age});
-  cells_passed_ += popcount(block.dynamic | block.open);
   for (std::uint64_t left = block.dynamic | block.open; left != 0; left &= left - 1) {
     const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
     const VoxelIndex cell = cell_in(index, bit);
     const std::int32_t prior = (block.dynamic >> bit & 1U) != 0 ? prior_ : 0;
     const std::int32_t sum = prior - occupied_ * occupied.of(bit);
     if ((block.open >> bit & 1U) != 0 && sum <= -kStaticObservations * occupied_) {
-      group.block[number].open &= ~(std::uint64_t{1} << bit);
+      group.open[number] &= ~(std::uint64_t{1} << bit);
       group.decided[number] += std::max(sum, -confirmed_static_);
       continue;
     }
@@ -251,22 +275,26 @@ void FinalLabels::add(const BlockWindow& blocks, const OpenBlock& block, std::ui
   }
 }
 
-void FinalLabels::finish_group(const EvidenceWindow& window, std::uint32_t age,
-                               std::uint32_t latest_age) noexcept {
-  Group& group = *group_;
+void FinalLabels::finish_group(const EvidenceWindow& window, const Ages& ages,
+                               Group& group) noexcept {
   const ObservedPoints points{group.x, group.y, group.z, group.log_odds, group.size};
-  for (std::uint32_t later = latest_age; later < age; ++later) {
+  for (std::uint32_t later = ages.latest_age; later < ages.age; ++later) {
     const KeyframeEvidence& evidence = later == 0 ? window.current() : window.earlier(later);
     evidence.observe(stride_, grid_, points);
   }
   for (std::uint32_t b = 0; b < group.blocks; ++b) {
-    finish_block(group.block[b], group.log_odds + group.first[b], group.decided[b]);
+    // Nothing else reads the block any more: what changes takes its place until it is taken down.
+    OpenBlock& block = ring(keyframes_[0].first + group.block[b]);
+    block.open = group.open[b];
+    const Changed change = change_of(block, group.log_odds + group.first[b], group.decided[b]);
+    block.dynamic = change.now_dynamic;
+    block.open = change.now_static;
   }
   group.size = group.blocks = 0;
 }
 
-void FinalLabels::finish_block(const OpenBlock& block, const std::int32_t* log_odds,
-                               std::int32_t decided) noexcept {
+FinalLabels::Changed FinalLabels::change_of(const OpenBlock& block, const std::int32_t* log_odds,
+                                            std::int32_t decided) const noexcept {
   const std::uint64_t undecided = block.dynamic | block.open;
   EvidenceSum evidence;
   const std::int32_t* sum = log_odds;
@@ -286,7 +314,11 @@ void FinalLabels::finish_block(const OpenBlock& block, const std::int32_t* log_o
       dynamic |= cell;
     }
   }
-  const Changed change{dynamic & block.open, ~dynamic & block.dynamic};
+  return {dynamic & block.open, ~dynamic & block.dynamic};
+}
+
+void FinalLabels::take(const OpenBlock& block) noexcept {
+  const Changed change{block.dynamic, block.open};
   if ((change.now_dynamic | change.now_static) == 0) return;
   const std::uint32_t entry = changed_.find_or_insert(pack(block.index()));
   if (entry == FixedHashMap<Changed>::kNotFound) return;

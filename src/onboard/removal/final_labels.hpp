@@ -37,9 +37,9 @@ class FinalLabels {
   bool begin_evicted(const EvidenceWindow& window, bool keeps_result) noexcept;
   /// Begins to relabel the oldest keyframe there is, after the last record. False if there is none.
   bool begin_oldest(const EvidenceWindow& window) noexcept;
-  /// Relabels the next blocks, of 2,048 cells at most; afterwards a keyframe may be recorded or
-  /// another one begun, but no evidence that was there at the beginning may be gone. False once no
-  /// block is left. O(images of the window).
+  /// Relabels the next blocks, with `deferred` of 2,048 cells for each worker at most; afterwards a
+  /// keyframe may be recorded or another one begun, but no evidence that was there at the beginning
+  /// may be gone. False once no block is left. O(images of the window).
   bool step(const EvidenceWindow& window) noexcept;
   /// All that is left.
   void finish(const EvidenceWindow& window) noexcept {
@@ -94,14 +94,21 @@ class FinalLabels {
 
   void drop_oldest() noexcept;
   void begin_first(std::uint32_t latest) noexcept;
+  /// Keyframes whose evidence counts: from `latest_age` to before `age` ago.
+  struct Ages {
+    std::uint32_t age;
+    std::uint32_t latest_age;
+  };
   void start(const BlockWindow& blocks) noexcept;
-  /// Puts a block into the group. Evidence is that of keyframes from `latest_age` to `age` ago.
-  void add(const BlockWindow& blocks, const OpenBlock& block, std::uint32_t age,
-           std::uint32_t latest_age) noexcept;
-  void finish_group(const EvidenceWindow& window, std::uint32_t age,
-                    std::uint32_t latest_age) noexcept;
-  void finish_block(const OpenBlock& block, const std::int32_t* log_odds,
-                    std::int32_t decided) noexcept;
+  /// The open blocks of the next slice.
+  Slice next_slice() noexcept;
+  /// Puts an open block into the group.
+  void add(const BlockWindow& blocks, std::uint32_t block, const Ages& ages, Group& group) noexcept;
+  void finish_group(const EvidenceWindow& window, const Ages& ages, Group& group) noexcept;
+  /// The cells of a block whose label changes.
+  [[nodiscard]] Changed change_of(const OpenBlock& block, const std::int32_t* log_odds,
+                                  std::int32_t decided) const noexcept;
+  void take(const OpenBlock& block) noexcept;
   [[nodiscard]] OpenBlock& ring(std::uint32_t at) noexcept { return open_[at % capacity_]; }
 
   [[nodiscard]] bool is_in_progress() const noexcept {
@@ -128,8 +135,10 @@ class FinalLabels {
   std::uint32_t latest_ = 0;        ///< keyframe whose evidence is the latest used
   std::uint32_t next_block_ = 0;    ///< of its open blocks
   std::uint32_t cells_passed_ = 0;  ///< in the blocks before
-  Group* group_ = nullptr;
-  Grid grid_;  ///< of the keyframe relabelled last
+  Executor executor_;
+  std::uint32_t slice_cells_ = 0;
+  Group* groups_ = nullptr;  ///< one for each worker
+  Grid grid_;                ///< of the keyframe relabelled last
   RelabelledKeyframe result_;
   FixedHashMap<Changed> changed_;  ///< by block in that grid
 };

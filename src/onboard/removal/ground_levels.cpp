@@ -32,16 +32,21 @@ void GroundLevels::allocate(Arena& arena, const PipelineConfig& config) noexcept
                                           static_cast<std::size_t>(width_));
 }
 
-std::uint32_t GroundLevels::reject_elevated(FixedHashMap<CoarseVoxel>& voxels) noexcept {
+std::uint32_t GroundLevels::reject_elevated(FixedHashMap<CoarseVoxel>& voxels,
+                                            const Executor& executor) noexcept {
   if (width_ == 0) return 0;
   collect(voxels);
   // All are tested before any is taken out: the order must not matter.
+  for_slices(executor, {0, voxels.size()}, kVoxelsPerPart, [&](Slice some, std::uint32_t) noexcept {
+    for (std::uint32_t i = some.first; i < some.end; ++i) {
+      voxels[i].elevated = voxels[i].ground && is_elevated(voxels, i);
+    }
+  });
   std::uint32_t count = 0;
-  for (std::uint32_t i = 0; i < voxels.size(); ++i) {
-    voxels[i].elevated = voxels[i].ground && is_elevated(voxels, i);
-    count += voxels[i].elevated ? 1U : 0U;
+  for (CoarseVoxel& voxel : voxels.values()) {
+    voxel.ground = voxel.ground && !voxel.elevated;
+    count += voxel.elevated ? 1U : 0U;
   }
-  for (CoarseVoxel& voxel : voxels.values()) voxel.ground = voxel.ground && !voxel.elevated;
   return count;
 }
 

@@ -19,7 +19,8 @@ class GroundLevels {
 
   /// Takes elevated voxels out of G. Returns how many. O(ground voxels x reach^2),
   /// array accesses only.
-  std::uint32_t reject_elevated(FixedHashMap<CoarseVoxel>& voxels) noexcept;
+  std::uint32_t reject_elevated(FixedHashMap<CoarseVoxel>& voxels,
+                                const Executor& executor = {}) noexcept;
 
  private:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;

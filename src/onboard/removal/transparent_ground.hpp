@@ -8,6 +8,7 @@
 #include "src/onboard/keyframe/cell_table.hpp"
 #include "src/onboard/keyframe/coarse_voxels.hpp"
 #include "unimapper/core/arena.hpp"
+#include "unimapper/core/executor.hpp"
 #include "unimapper/onboard/config.hpp"
 
 namespace unimapper::onboard {
@@ -29,6 +30,7 @@ class TransparentGround {
   static constexpr std::uint32_t kGroup = 2048;
 
   struct Samples {
+    std::uint32_t size;
     std::uint32_t voxel[kGroup];
     float x[kGroup];
     float y[kGroup];
@@ -36,12 +38,13 @@ class TransparentGround {
     std::int32_t log_odds[kGroup];
   };
 
-  void observe(const EvidenceWindow& window, const Grid& grid) noexcept;
+  /// Observes the samples of the first `groups` groups, and counts what was seen through.
+  void observe(const EvidenceWindow& window, const Grid& grid, std::uint32_t groups) noexcept;
 
   std::int32_t least_ = 0;  ///< evidence from which on a cell counts as seen through
   float share_ = 0.0F;
-  std::uint32_t size_ = 0;
-  Samples* samples_ = nullptr;
+  Executor executor_;
+  Samples* samples_ = nullptr;      ///< a group for each worker
   GroundPatch* patches_ = nullptr;  ///< by voxel
 };
 
