@@ -6,6 +6,7 @@
 #include "local_ground.hpp"
 #include "plane_voxels.hpp"
 #include "src/core/fixed_vector.hpp"
+#include "src/core/parts.hpp"
 #include "src/core/quantise.hpp"
 #include "structure_map.hpp"
 
@@ -22,7 +23,8 @@ constexpr float kWallHeight = 1.5F;
 // A corner's response in the units of `Keypoint::strength`.
 constexpr float kStrengthScale = 100.0F;
 // Bounds of one step.
-constexpr std::size_t kCellsPerStep = 16384;
+constexpr std::size_t kSelectedPerStep = 16384;
+constexpr std::size_t kEnteredPerStep = 8192;
 constexpr std::uint32_t kFitsPerStep = 1024;
 
 }  // namespace
@@ -46,11 +48,10 @@ class PlaceDescriber::State {
   enum class Stage : std::uint8_t {
     kSelection,  ///< of the cells within range
     kGround,     ///< heights
-    kVoxels,     ///< moments of structure
+    kStructure,  ///< moments of it, and its map
     kFits,       ///< of planes to the moments
     kPlanes,     ///< selected among all
-    kMap,        ///< of vertical structure
-    kCorners,    ///< of the map of vertical structure, pass by pass
+    kCorners,    ///< of the map, pass by pass
     kKeypoints,
     kDone
   };
@@ -61,13 +62,23 @@ class PlaceDescriber::State {
   }
   /// Works on the next piece of some cells; after the last one `next` is due.
   template <typename Work>
-  void take_piece(std::span<const FineCell> cells, Stage next, Work&& work) noexcept;
+  void take_piece(std::span<const FineCell> cells, std::size_t most, Stage next,
+                  Work&& work) noexcept;
+  /// The two halves of a stage that write to different places, at once if there are two workers.
+  template <typename First, typename Second>
+  void do_both(const First& first, const Second& second) const noexcept;
   [[nodiscard]] bool is_within_range(const FineCell& cell) const noexcept;
   void select_cells(std::span<const FineCell> cells) noexcept;
+  template <bool kStructure, bool kGround>
+  void select(std::span<const FineCell> cells) noexcept;
+  void enter_structure(std::span<const FineCell> cells) noexcept;
   void finish_selection() noexcept;
   void select_keypoints() noexcept;
 
   DescriptorConfig config_{};
+  Executor executor_;
+  std::uint32_t halves_ = 1;  // of a stage, that are done at once
+  bool only_planes_ = false;
   Stage stage_ = Stage::kDone;
   std::size_t done_ = 0;             // cells or passes of the stage
   std::span<const FineCell> cells_;  // to be described
@@ -83,6 +94,8 @@ class PlaceDescriber::State {
 void PlaceDescriber::State::allocate(Arena& arena, const DescriptorConfig& config,
                                      const DescriptorInput& input) noexcept {
   config_ = config;
+  executor_ = input.executor;
+  halves_ = executor_.workers > 1 ? 2 : 1;
   keypoints_.allocate(arena, config.max_keypoints);
   ground_.allocate(arena, config);
   planes_.allocate(arena, config, input.voxel_size_m);
@@ -94,49 +107,60 @@ void PlaceDescriber::State::begin(std::span<const FineCell> cells) noexcept {
   cells_ = cells;
   dropped_ = 0;
   structure_count_ = 0;
+  only_planes_ = false;
   ground_.clear();
   structure_cells_.clear();
   go_to(Stage::kSelection);
 }
 
 template <typename Work>
-void PlaceDescriber::State::take_piece(std::span<const FineCell> cells, Stage next,
-                                       Work&& work) noexcept {
-  const std::size_t count = std::min(cells.size() - done_, kCellsPerStep);
+void PlaceDescriber::State::take_piece(std::span<const FineCell> cells, std::size_t most,
+                                       Stage next, Work&& work) noexcept {
+  const std::size_t count = std::min(cells.size() - done_, halves_ * most);
   work(cells.subspan(done_, count));
   done_ += count;
   if (done_ == cells.size()) go_to(next);
 }
 
+template <typename First, typename Second>
+void PlaceDescriber::State::do_both(const First& first, const Second& second) const noexcept {
+  for_parts(executor_, 2, [&](std::uint32_t part, std::uint32_t) noexcept {
+    if (part == 0) {
+      first();
+    } else {
+      second();
+    }
+  });
+}
+
 bool PlaceDescriber::State::step() noexcept {
-  const std::span<const FineCell> structure = structure_cells_.view();
   switch (stage_) {
     case Stage::kSelection:
-      take_piece(cells_, Stage::kGround, [this](auto piece) { select_cells(piece); });
+      take_piece(cells_, kSelectedPerStep, Stage::kGround,
+                 [this](auto piece) { select_cells(piece); });
       break;
     case Stage::kGround:
       finish_selection();
-      ground_.finish();
-      planes_.begin();
-      structure_.begin();
-      go_to(Stage::kVoxels);
+      do_both([this] { ground_.finish(); },
+              [this] {
+                planes_.begin();
+                structure_.begin();
+              });
+      go_to(Stage::kStructure);
       break;
-    case Stage::kVoxels:
-      take_piece(structure, Stage::kFits, [this](auto piece) { planes_.collect(piece); });
+    case Stage::kStructure:
+      take_piece(structure_cells_.view(), kEnteredPerStep, Stage::kFits,
+                 [this](auto piece) { enter_structure(piece); });
       break;
     case Stage::kFits:
-      if (!planes_.fit_some(kFitsPerStep)) go_to(Stage::kPlanes);
+      if (!planes_.fit_some(kFitsPerStep * executor_.workers, executor_)) go_to(Stage::kPlanes);
       break;
     case Stage::kPlanes:
       planes_.select(ground_);
-      go_to(Stage::kMap);
-      break;
-    case Stage::kMap:
-      take_piece(structure, Stage::kCorners,
-                 [this](auto piece) { structure_.accumulate(piece, ground_); });
+      go_to(Stage::kCorners);
       break;
     case Stage::kCorners:
-      structure_.run_pass(static_cast<std::uint32_t>(done_));
+      structure_.run_pass(static_cast<std::uint32_t>(done_), executor_);
       if (++done_ == StructureMap::kPasses) go_to(Stage::kKeypoints);
       break;
     case Stage::kKeypoints:
@@ -159,16 +183,18 @@ std::uint32_t PlaceDescriber::State::steps_left() const noexcept {
   const bool selects = stage_ == Stage::kSelection;
   const std::size_t structure = selects ? cells_.size() : structure_cells_.size();
   std::uint32_t steps = 1;
-  if (stage_ <= Stage::kSelection) steps += pieces(cells_.size() - done_, kCellsPerStep);
+  if (stage_ <= Stage::kSelection) {
+    steps += pieces(cells_.size() - done_, halves_ * kSelectedPerStep);
+  }
   if (stage_ <= Stage::kGround) ++steps;
-  if (stage_ <= Stage::kVoxels) {
-    steps += pieces(structure - (stage_ == Stage::kVoxels ? done_ : 0), kCellsPerStep);
+  if (stage_ <= Stage::kStructure) {
+    steps +=
+        pieces(structure - (stage_ == Stage::kStructure ? done_ : 0), halves_ * kEnteredPerStep);
   }
-  if (stage_ <= Stage::kFits) steps += 1 + pieces(planes_.unfitted(), kFitsPerStep);
+  if (stage_ <= Stage::kFits) {
+    steps += 1 + pieces(planes_.unfitted(), kFitsPerStep * executor_.workers);
+  }
   if (stage_ <= Stage::kPlanes) ++steps;
-  if (stage_ <= Stage::kMap) {
-    steps += pieces(structure - (stage_ == Stage::kMap ? done_ : 0), kCellsPerStep);
-  }
   if (stage_ < Stage::kCorners) steps += StructureMap::kPasses;
   if (stage_ == Stage::kCorners) {
     steps += StructureMap::kPasses - static_cast<std::uint32_t>(done_);
@@ -179,7 +205,8 @@ std::uint32_t PlaceDescriber::State::steps_left() const noexcept {
 std::span<const PlanePatch> PlaceDescriber::State::find_planes(
     std::span<const FineCell> cells) noexcept {
   begin(cells);
-  while (stage_ < Stage::kMap) step();
+  only_planes_ = true;
+  while (stage_ < Stage::kCorners) step();
   go_to(Stage::kDone);
   return planes_.planes();
 }
@@ -194,18 +221,33 @@ bool PlaceDescriber::State::is_within_range(const FineCell& cell) const noexcept
 // Selects the cells that are finite and within range. Ground cells go to the height grid, structure
 // is kept.
 void PlaceDescriber::State::select_cells(std::span<const FineCell> cells) noexcept {
+  if (halves_ == 2) {
+    return do_both([&] { select<true, false>(cells); }, [&] { select<false, true>(cells); });
+  }
+  select<true, true>(cells);
+}
+
+template <bool kStructure, bool kGround>
+void PlaceDescriber::State::select(std::span<const FineCell> cells) noexcept {
   for (const FineCell& cell : cells) {
     if (!is_within_range(cell)) {
-      dropped_ += cell.position.allFinite() ? 0 : 1;
+      if (kStructure) dropped_ += cell.position.allFinite() ? 0 : 1;
       continue;
     }
     if (cell.ground != 0) {
-      ground_.add(cell);
-      continue;
+      if (kGround) ground_.add(cell);
+    } else if (kStructure) {
+      ++structure_count_;
+      structure_cells_.push_back(cell);
     }
-    ++structure_count_;
-    structure_cells_.push_back(cell);
   }
+}
+
+void PlaceDescriber::State::enter_structure(std::span<const FineCell> cells) noexcept {
+  do_both([&] { planes_.collect(cells); },
+          [&] {
+            if (!only_planes_) structure_.accumulate(cells, ground_);
+          });
 }
 
 // When there is too much structure, every n-th cell of the input is kept: a sparser sample of the

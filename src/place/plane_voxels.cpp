@@ -156,16 +156,24 @@ bool PlaneVoxels::fit(const Moments& moments, std::uint64_t key, PlanePatch& pat
   return true;
 }
 
-bool PlaneVoxels::fit_some(std::uint32_t voxels) noexcept {
+// Planes lie in the order of their voxels. Each is fitted where it lies if all voxels are planes,
+// then they close up.
+bool PlaneVoxels::fit_some(std::uint32_t voxels, const Executor& executor) noexcept {
   add(run_voxel_, std::exchange(run_, {}));
-  const std::uint32_t end = fitted_ + std::min(voxels, unfitted());
-  for (; fitted_ < end; ++fitted_) {
-    PlanePatch patch;
-    if (!fit(voxels_[fitted_].moments, voxels_.key(fitted_), patch)) continue;
-    all_.push_back(patch);
+  const Slice some{fitted_, fitted_ + std::min(voxels, unfitted())};
+  constexpr std::uint32_t kVoxelsPerPart = 64;
+  for_slices(executor, some, kVoxelsPerPart, [&](Slice part, std::uint32_t) noexcept {
+    for (std::uint32_t i = part.first; i < part.end; ++i) {
+      voxels_[i].plane = fit(voxels_[i].moments, voxels_.key(i), all_.data()[i]) ? 1 : 0;
+    }
+  });
+  for (std::uint32_t i = some.first; i < some.end; ++i) {
+    if (voxels_[i].plane == 0) continue;
+    all_.push_back(all_.data()[i]);
     order_.push_back(static_cast<std::uint32_t>(all_.size() - 1));
-    voxels_[fitted_].plane = static_cast<std::uint32_t>(all_.size());
+    voxels_[i].plane = static_cast<std::uint32_t>(all_.size());
   }
+  fitted_ = some.end;
   return unfitted() > 0;
 }
 

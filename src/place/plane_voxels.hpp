@@ -8,6 +8,7 @@
 #include "local_ground.hpp"
 #include "src/core/fixed_hash_map.hpp"
 #include "src/core/fixed_vector.hpp"
+#include "src/core/parts.hpp"
 #include "src/core/recent_voxels.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/keyframe.hpp"
@@ -34,7 +35,7 @@ class PlaneVoxels {
   void collect(std::span<const FineCell> structure) noexcept;
   /// Decides of so many further voxels whether they are planes: one eigen decomposition each. False
   /// once none is left.
-  bool fit_some(std::uint32_t voxels) noexcept;
+  bool fit_some(std::uint32_t voxels, const Executor& executor = {}) noexcept;
   /// Adds the planes of `ground` and selects those to keep. O(planes log planes).
   void select(const LocalGround& ground) noexcept;
 

@@ -1,8 +1,10 @@
 #include "structure_map.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include "cell_steps.hpp"
 
@@ -85,40 +87,44 @@ void StructureMap::begin() noexcept {
   if (width_ > 0) clear_last();
 }
 
-void StructureMap::run_pass(std::uint32_t pass) noexcept {
+void StructureMap::run_pass(std::uint32_t pass, const Executor& executor) noexcept {
   if (width_ == 0) return;
   switch (pass) {
     case 0:
       mark_reach();
-      return gradients();
+      return gradients(executor);
     case 1:
-      return smooth(xx_);
+      return smooth(xx_, executor);
     case 2:
-      return smooth(xy_);
+      return smooth(xy_, executor);
     case 3:
-      return smooth(yy_);
+      return smooth(yy_, executor);
     case 4:
-      return corner_response();
+      return corner_response(executor);
     default:
-      return find_corners();
+      return find_corners(executor);
   }
 }
 
 // Calls `work(first)` for every block within reach of structure; `first` is the index of its first
 // column. The margins above and below are never among them.
 template <typename Work>
-void StructureMap::for_each_block(Work&& work) noexcept {
-  for (std::int32_t row = kMargin; row < width_ - kMargin; ++row) {
-    const std::uint8_t* reached = reach_ + row * blocks_;
-    for (std::int32_t block = 0; block < blocks_; ++block) {
-      if (reached[block] != 0) work(row * width_ + block * kBlock);
+void StructureMap::for_each_block(const Executor& executor, const Work& work) const noexcept {
+  constexpr std::uint32_t kRowsPerPart = 8;
+  const Slice rows{kMargin, static_cast<std::uint32_t>(width_ - kMargin)};
+  for_slices(executor, rows, kRowsPerPart, [&](Slice some, std::uint32_t) noexcept {
+    for (auto row = static_cast<std::int32_t>(some.first); std::cmp_less(row, some.end); ++row) {
+      const std::uint8_t* reached = reach_ + row * blocks_;
+      for (std::int32_t block = 0; block < blocks_; ++block) {
+        if (reached[block] != 0) work(row * width_ + block * kBlock);
+      }
     }
-  }
+  });
 }
 
 // Everything outside the blocks reached last time is zero already.
 void StructureMap::clear_last() noexcept {
-  for_each_block([this](std::int32_t first) {
+  for_each_block({}, [this](std::int32_t first) {
     std::fill_n(counts_ + first, kBlock, 0);
     std::fill_n(masks_ + first, kBlock, std::uint64_t{0});
     for (float* field : {xx_, xy_, yy_, scratch_}) std::fill_n(field + first, kBlock, 0.0F);
@@ -177,9 +183,9 @@ void StructureMap::mark_reach() noexcept {
 // The map enters as it is, neither smoothed nor compressed: smoothing moves corners (repeatability
 // 0.35 -> 0.44 without), and any compression of tall structure (root, logarithm) moves the corner
 // of two walls into the space between them.
-void StructureMap::gradients() noexcept {
+void StructureMap::gradients(const Executor& executor) noexcept {
   const std::int32_t w = width_;
-  for_each_block([&](std::int32_t first) {
+  for_each_block(executor, [&](std::int32_t first) {
     for (std::int32_t i = first; i < first + kBlock; ++i) {
       const float gx = static_cast<float>(counts_[i + 1] - counts_[i - 1]) / kUnit;
       const float gy = static_cast<float>(counts_[i + w] - counts_[i - w]) / kUnit;
@@ -191,21 +197,22 @@ void StructureMap::gradients() noexcept {
 }
 
 // Separable convolution. Whatever is not zero lies within the blocks reached.
-void StructureMap::smooth(float* field) noexcept {
+void StructureMap::smooth(float* field, const Executor& executor) noexcept {
   const Convolution apply = kConvolutions[window_kernel_.radius];
-  for_each_block([&](std::int32_t first) {
-    apply(field + first, scratch_ + first, 1, window_kernel_.weight);
-  });
-  for_each_block([&](std::int32_t first) {
-    apply(scratch_ + first, field + first, width_, window_kernel_.weight);
-  });
+  const float* const weight = window_kernel_.weight;
+  float* const scratch = scratch_;
+  const std::int32_t w = width_;
+  for_each_block(executor,
+                 [=](std::int32_t first) { apply(field + first, scratch + first, 1, weight); });
+  for_each_block(executor,
+                 [=](std::int32_t first) { apply(scratch + first, field + first, w, weight); });
 }
 
 // The harmonic mean of the structure tensor's eigenvalues: zero along a straight wall, whatever
 // its height, and large where the map changes in every direction.
-void StructureMap::corner_response() noexcept {
+void StructureMap::corner_response(const Executor& executor) noexcept {
   constexpr float kEpsilon = 1e-6F;
-  for_each_block([&](std::int32_t first) {
+  for_each_block(executor, [&](std::int32_t first) {
     for (std::int32_t i = first; i < first + kBlock; ++i) {
       const float determinant = xx_[i] * yy_[i] - xy_[i] * xy_[i];
       xx_[i] = std::max(0.0F, determinant) / (xx_[i] + yy_[i] + kEpsilon);
@@ -213,28 +220,20 @@ void StructureMap::corner_response() noexcept {
   });
 }
 
-void StructureMap::find_corners() noexcept {
-  const std::int32_t w = width_;
-  constexpr float kMinResponse = 1e-4F;
-  for_each_block([&](std::int32_t first) {
-    for (std::int32_t i = first; i < first + kBlock; ++i) {
-      const float* at = xx_ + i;
-      const float r = at[0];
-      // Strict on one side only, so that of two equal neighbours exactly one is the maximum.
-      if (r <= kMinResponse || r <= at[-1] || r < at[1] || r <= at[-w] || r < at[w] ||
-          r <= at[-w - 1] || r <= at[-w + 1] || r < at[w - 1] || r < at[w + 1]) {
-        continue;
-      }
-      // The top of the parabola through the neighbours on each axis.
-      const auto peak = [r](float before, float after) {
-        const float curvature = before - 2.0F * r + after;
-        if (!(curvature < 0.0F)) return 0.0F;
-        return std::clamp(0.5F * (before - after) / curvature, -0.5F, 0.5F);
-      };
-      const float x = static_cast<float>(i % w) + peak(at[-1], at[1]);
-      const float y = static_cast<float>(i / w) + peak(at[-w], at[w]);
-      corners_.push_back({x * config_.column_size_m - half_extent_m_,
-                          y * config_.column_size_m - half_extent_m_, r});
+// Of more maxima than there is room for, the first ones by row and column are kept: those of each
+// block are noted before any is added.
+void StructureMap::find_corners(const Executor& executor) noexcept {
+  std::uint8_t* const maxima = occupied_;
+  for_each_block(executor, [&](std::int32_t first) {
+    std::uint32_t found = 0;
+    for (std::int32_t j = 0; j < kBlock; ++j) {
+      if (is_maximum(first + j)) found |= 1U << j;
+    }
+    maxima[first / kBlock] = static_cast<std::uint8_t>(found);
+  });
+  for_each_block({}, [&](std::int32_t first) {
+    for (std::uint32_t left = maxima[first / kBlock]; left != 0; left &= left - 1) {
+      add_corner(first + std::countr_zero(left));
     }
   });
   std::sort(corners_.begin(), corners_.end(),
@@ -242,6 +241,32 @@ void StructureMap::find_corners() noexcept {
               if (a.response != b.response) return a.response > b.response;
               return a.x != b.x ? a.x < b.x : a.y < b.y;
             });
+}
+
+bool StructureMap::is_maximum(std::int32_t column) const noexcept {
+  constexpr float kMinResponse = 1e-4F;
+  const std::int32_t w = width_;
+  const float* at = xx_ + column;
+  const float r = at[0];
+  // Strict on one side only, so that of two equal neighbours exactly one is the maximum.
+  return !(r <= kMinResponse || r <= at[-1] || r < at[1] || r <= at[-w] || r < at[w] ||
+           r <= at[-w - 1] || r <= at[-w + 1] || r < at[w - 1] || r < at[w + 1]);
+}
+
+void StructureMap::add_corner(std::int32_t column) noexcept {
+  const std::int32_t w = width_;
+  const float* at = xx_ + column;
+  const float r = at[0];
+  // The top of the parabola through the neighbours on each axis.
+  const auto peak = [r](float before, float after) {
+    const float curvature = before - 2.0F * r + after;
+    if (!(curvature < 0.0F)) return 0.0F;
+    return std::clamp(0.5F * (before - after) / curvature, -0.5F, 0.5F);
+  };
+  const float x = static_cast<float>(column % w) + peak(at[-1], at[1]);
+  const float y = static_cast<float>(column / w) + peak(at[-w], at[w]);
+  corners_.push_back(
+      {x * config_.column_size_m - half_extent_m_, y * config_.column_size_m - half_extent_m_, r});
 }
 
 std::uint64_t StructureMap::occupancy(float x, float y) const noexcept {

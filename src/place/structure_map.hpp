@@ -6,6 +6,7 @@
 
 #include "local_ground.hpp"
 #include "src/core/fixed_vector.hpp"
+#include "src/core/parts.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/keyframe.hpp"
 #include "unimapper/place/config.hpp"
@@ -44,7 +45,7 @@ class StructureMap {
   /// From the map to its corners, in passes from 0 to `kPasses`. Cost of each: linear in the part
   /// of the grid that lies near any cell.
   static constexpr std::uint32_t kPasses = 6;
-  void run_pass(std::uint32_t pass) noexcept;
+  void run_pass(std::uint32_t pass, const Executor& executor = {}) noexcept;
 
   /// Local maxima of the corner response, strongest first, ties by position.
   [[nodiscard]] std::span<const StructureCorner> corners() const noexcept {
@@ -69,11 +70,13 @@ class StructureMap {
   void clear_last() noexcept;
   void mark_reach() noexcept;
   template <typename Work>
-  void for_each_block(Work&& work) noexcept;
-  void gradients() noexcept;
-  void smooth(float* field) noexcept;
-  void corner_response() noexcept;
-  void find_corners() noexcept;
+  void for_each_block(const Executor& executor, const Work& work) const noexcept;
+  void gradients(const Executor& executor) noexcept;
+  void smooth(float* field, const Executor& executor) noexcept;
+  void corner_response(const Executor& executor) noexcept;
+  void find_corners(const Executor& executor) noexcept;
+  [[nodiscard]] bool is_maximum(std::int32_t column) const noexcept;
+  void add_corner(std::int32_t column) noexcept;
 
   DescriptorConfig config_{};
   std::int32_t width_ = 0;   // a multiple of kBlock

@@ -107,3 +107,13 @@ TEST_CASE("several workers give the same results with other evidence", "[executo
   SECTION("no components") { config.removal.components = false; }
   compare(config, drive, {2});
 }
+
+TEST_CASE("a further worker takes a fifth of a megabyte", "[executor]") {
+  PipelineConfig config = short_keyframes(5, 4);
+  const std::size_t alone = Pipeline::required_bytes(config);
+  Shuffled shuffled(3, 1);
+  config.executor = shuffled.executor();
+  const std::size_t bytes = (Pipeline::required_bytes(config) - alone) / 2;
+  CHECK(bytes > 150'000);
+  CHECK(bytes < 210'000);
+}

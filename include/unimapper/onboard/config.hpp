@@ -376,7 +376,7 @@ struct PipelineConfig {
 
   /// What describer and loop search have to be laid out for; follows from the other members.
   [[nodiscard]] DescriptorInput descriptor_input() const noexcept {
-    return {voxel.coarse_size_m, voxel.max_cells};
+    return {voxel.coarse_size_m, voxel.max_cells, executor};
   }
   /// Capacities and voxel size by which a stored place is laid out.
   [[nodiscard]] PlaceShape place_shape() const noexcept {

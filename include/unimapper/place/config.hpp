@@ -7,6 +7,7 @@
 #include <span>
 #include <string_view>
 
+#include "unimapper/core/executor.hpp"
 #include "unimapper/core/expected.hpp"
 #include "unimapper/core/grid_size.hpp"
 #include "unimapper/core/parameter_table.hpp"
@@ -53,6 +54,7 @@ consteval auto parameters_of(const C*) {
 struct DescriptorInput {
   float voxel_size_m = kCoarseVoxelSizeM;  ///< L_c, edge of the coarse voxels planes are fitted in
   std::uint32_t max_cells = 1U << 17U;     ///< most static cells of one keyframe
+  Executor executor = {};                  ///< who shares the work
 };
 
 /// What the places are like that `PlaceDatabase` stores and compares: follows from their

@@ -70,8 +70,8 @@ void CoarseVoxels::add(const CellTable& cells, Slice some, const Executor& execu
   if (executor.workers == 1) {
     split_by_voxel(cells, some,
                    [&](const Block& block, std::uint64_t here, const VoxelIndex& index) noexcept {
-                     const std::uint32_t entry = enter_cells(block, here, index, recent);
-                     add_cells(cells, block, here, entry, index);
+                     const std::uint32_t entry = find(here, index, recent);
+                     add_cells<true>(cells, block, here, entry, index);
                    });
     return;
   }
@@ -88,7 +88,7 @@ void CoarseVoxels::add(const CellTable& cells, Slice some, const Executor& execu
 void CoarseVoxels::enter(const CellTable& cells, Slice blocks, RecentVoxels& recent) noexcept {
   split_by_voxel(cells, blocks,
                  [&](const Block& block, std::uint64_t here, const VoxelIndex& index) noexcept {
-                   enter_cells(block, here, index, recent);
+                   note_cells(block, here, find(here, index, recent));
                  });
 }
 
@@ -96,26 +96,35 @@ void CoarseVoxels::add_up(const CellTable& cells, Slice blocks) noexcept {
   split_by_voxel(cells, blocks,
                  [&](const Block& block, std::uint64_t here, const VoxelIndex& index) noexcept {
                    const auto bit = static_cast<std::uint32_t>(std::countr_zero(here));
-                   add_cells(cells, block, here, of_row_[row_of(block, bit)], index);
+                   add_cells<false>(cells, block, here, of_row_[row_of(block, bit)], index);
                  });
 }
 
-std::uint32_t CoarseVoxels::enter_cells(const Block& block, std::uint64_t some,
-                                        const VoxelIndex& index, RecentVoxels& recent) noexcept {
+std::uint32_t CoarseVoxels::find(std::uint64_t some, const VoxelIndex& index,
+                                 RecentVoxels& recent) noexcept {
   const std::uint32_t entry =
       recent.entry(index, [this](VoxelKey key) { return map_.find_or_insert(key); });
-  visit_rows(block, some,
-             [this, entry](std::uint64_t, std::uint32_t row) noexcept { of_row_[row] = entry; });
   if (entry == kNone) left_out_ += popcount(some);
   return entry;
 }
 
+void CoarseVoxels::note_cells(const Block& block, std::uint64_t some,
+                              std::uint32_t entry) noexcept {
+  visit_rows(block, some,
+             [this, entry](std::uint64_t, std::uint32_t row) noexcept { of_row_[row] = entry; });
+}
+
+template <bool kNotes>
 void CoarseVoxels::add_cells(const CellTable& cells, const Block& block, std::uint64_t some,
                              std::uint32_t entry, const VoxelIndex& index) noexcept {
-  if (entry == kNone) return;
+  if (entry == kNone) {
+    if (kNotes) note_cells(block, some, entry);
+    return;
+  }
   const Eigen::Vector3f corner = corner_of(index, cells.grid().voxel_size_m());
   CoarseVoxel& voxel = map_[entry];
   visit_rows(block, some, [&](std::uint64_t, std::uint32_t row) noexcept {
+    if (kNotes) of_row_[row] = entry;
     const auto points = static_cast<float>(cells.points(row));
     const float weight = points * points;
     const Eigen::Vector3f local = cells.position(row) - corner;

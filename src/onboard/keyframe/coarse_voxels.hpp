@@ -69,10 +69,12 @@ class CoarseVoxels {
   static void split_by_voxel(const CellTable& cells, Slice blocks, const Take& take) noexcept;
   void enter(const CellTable& cells, Slice blocks, RecentVoxels& recent) noexcept;
   void add_up(const CellTable& cells, Slice blocks) noexcept;
-  /// Notes which voxel some cells of a block lie in. Returns its entry.
-  std::uint32_t enter_cells(const Block& block, std::uint64_t some, const VoxelIndex& index,
-                            RecentVoxels& recent) noexcept;
-  /// Adds them to it.
+  /// Entry of the voxel that some cells lie in.
+  std::uint32_t find(std::uint64_t some, const VoxelIndex& index, RecentVoxels& recent) noexcept;
+  /// Notes it for some cells of a block.
+  void note_cells(const Block& block, std::uint64_t some, std::uint32_t entry) noexcept;
+  /// Adds some cells of a block to their voxel.
+  template <bool kNotes>
   void add_cells(const CellTable& cells, const Block& block, std::uint64_t some,
                  std::uint32_t entry, const VoxelIndex& index) noexcept;
   void find_plane(CoarseVoxel& voxel, const Eigen::Vector3f& corner) const noexcept;
