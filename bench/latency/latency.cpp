@@ -8,6 +8,7 @@
 #include "drive.hpp"
 #include "measurement.hpp"
 #include "ports/datasets/dataset.hpp"
+#include "ports/linux/executor.hpp"
 #include "unimapper/onboard/owned_pipeline.hpp"
 
 namespace {
@@ -21,6 +22,7 @@ struct Options {
   std::string preset = "default";
   bool there_and_back = false;
   bool deferred = false;
+  std::uint32_t workers = 1;
 };
 
 PipelineConfig preset_of(const std::string& name, SensorKind sensor) {
@@ -36,7 +38,7 @@ PipelineConfig make_config(const Options& options, const std::string& sensor_nam
   if (sensor == nullptr) throw std::runtime_error("unknown sensor '" + sensor_name + "'");
   PipelineConfig config = preset_of(options.preset, sensor->kind);
   config.deferred = options.deferred;
-  config.clock_ns = processor_time_ns;
+  config.clock_ns = options.workers > 1 ? wall_time_ns : processor_time_ns;
   return config;
 }
 
@@ -44,6 +46,7 @@ std::string title_of(const Options& options, const std::string& sensor) {
   std::string title = (options.dataset / "").parent_path().filename().string() + ", " + sensor;
   if (options.preset != "default") title += ", preset " + options.preset;
   if (options.there_and_back) title += ", there and back";
+  if (options.workers > 1) title += ", " + std::to_string(options.workers) + " workers";
   return title + (options.deferred ? ", deferred" : "");
 }
 
@@ -52,7 +55,9 @@ void time_recording(const Options& options) {
   const std::string sensor = !options.sensor.empty()     ? options.sensor
                              : dataset->sensor().empty() ? "hdl-64e"
                                                          : dataset->sensor();
-  const PipelineConfig config = make_config(options, sensor);
+  PipelineConfig config = make_config(options, sensor);
+  linux_port::WorkerThreads threads(options.workers);
+  config.executor = threads.executor();
   const Drive drive(*dataset);
   OwnedPipeline pipeline(config);
   if (!pipeline) throw std::runtime_error(pipeline.error().message);
@@ -87,6 +92,10 @@ int main(int argc, char** argv) {
                "Forwards, backwards, forwards and so on, until there are enough keyframes for the "
                "steady state: for short recordings");
   app.add_flag("--deferred", options.deferred, "Spread the work over the calls (deferred)");
+  app.add_option("--workers", options.workers,
+                 "Processors that close a keyframe; with several, times are those of the clock")
+      ->capture_default_str()
+      ->check(CLI::Range(1U, Executor::kMaxWorkers));
   CLI11_PARSE(app, argc, argv);
   try {
     time_recording(options);

@@ -34,13 +34,17 @@ std::string row(std::string_view name, std::vector<double> steady_ms,
   return text + format(" %.2f | %.2f |\n", warm_up.p50, warm_up.max);
 }
 
-}  // namespace
-
-std::int64_t processor_time_ns() noexcept {
+std::int64_t time_ns(clockid_t clock) noexcept {
   timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  clock_gettime(clock, &now);
   return now.tv_sec * std::int64_t{1000000000} + now.tv_nsec;
 }
+
+}  // namespace
+
+std::int64_t processor_time_ns() noexcept { return time_ns(CLOCK_THREAD_CPUTIME_ID); }
+
+std::int64_t wall_time_ns() noexcept { return time_ns(CLOCK_MONOTONIC); }
 
 Percentiles percentiles(std::vector<double> values) {
   if (values.empty()) return {};

@@ -17,6 +17,8 @@ inline constexpr std::size_t kLeastKeyframes = 40;
 
 /// Processor time of the calling thread, nanoseconds: less dependent on other load.
 [[nodiscard]] std::int64_t processor_time_ns() noexcept;
+/// Time of the clock, nanoseconds: what several threads take.
+[[nodiscard]] std::int64_t wall_time_ns() noexcept;
 
 /// Nearest-rank percentiles, in the unit of the values.
 struct Percentiles {
