@@ -15,7 +15,8 @@ namespace {
 constexpr std::size_t kFewestFacing = 15;
 constexpr std::size_t kMostSurfacePoints = 900;
 constexpr std::size_t kDrawn = 4;
-constexpr float kNearest_m = 1.0F;  // nearer is the robot itself
+constexpr std::size_t kPortions = 8;  // of a cloud, each spread over it
+constexpr float kNearest_m = 1.0F;    // nearer is the robot itself
 
 /// Small clouds: neighbouring scans overlap widely.
 merge::RegistrationConfig config(std::size_t max_points) {
@@ -60,26 +61,52 @@ Eigen::Vector3f normal_of(const merge::RegistrationCloud& cloud, std::size_t i) 
 }  // namespace
 
 ScanShape::ScanShape(const datasets::Scan& scan, std::size_t max_points)
-    : cloud_(points_of(scan, max_points), {}, config(max_points)) {
-  normals_.reserve(cloud_.size());
+    : cloud_(points_of(scan, max_points), {}, config(max_points),
+             merge::RegistrationCloud::Covariances::kWhenAsked) {}
+
+std::optional<std::size_t> ScanShape::facing(std::size_t point) const {
+  const Eigen::Vector3f normal = normal_of(cloud_, point);
+  if (normal.isZero()) return std::nullopt;
+  Eigen::Index axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  return static_cast<std::size_t>(axis);
+}
+
+const ScanShape::Surfaces& ScanShape::surfaces() const {
+  if (surfaces_) return *surfaces_;
+  Surfaces& found = surfaces_.emplace();
   for (std::size_t k = 0; k < cloud_.size(); ++k) {
-    const Eigen::Vector3f normal = normal_of(cloud_, k);
-    normals_.push_back(normal);
-    if (normal.isZero()) continue;
-    Eigen::Index axis = 0;
-    normal.cwiseAbs().maxCoeff(&axis);
-    surface_.push_back({cloud_.points()[k], static_cast<int>(axis)});
-    ++facing_[static_cast<std::size_t>(axis)];
+    const auto axis = facing(k);
+    if (!axis) continue;
+    found.points.push_back({cloud_.points()[k], *axis});
+    ++found.facing[*axis];
   }
   // Directions that are seen much of are thinned, none is left out.
   std::array<std::size_t, 3> stride{};
-  for (std::size_t a = 0; a < 3; ++a) stride[a] = 1 + 3 * facing_[a] / kMostSurfacePoints;
+  for (std::size_t a = 0; a < 3; ++a) stride[a] = 1 + 3 * found.facing[a] / kMostSurfacePoints;
   std::array<std::size_t, 3> seen{};
-  std::erase_if(surface_, [&](const SurfacePoint& point) {
-    const auto a = static_cast<std::size_t>(point.facing);
-    return seen[a]++ % stride[a] != 0;
+  std::erase_if(found.points, [&](const SurfacePoint& point) {
+    return seen[point.facing]++ % stride[point.facing] != 0;
   });
-  for (std::size_t a = 0; a < 3; ++a) facing_[a] = (facing_[a] + stride[a] - 1) / stride[a];
+  for (std::size_t a = 0; a < 3; ++a) {
+    found.facing[a] = (found.facing[a] + stride[a] - 1) / stride[a];
+  }
+  return found;
+}
+
+bool ScanShape::shows_walls() const {
+  if (shows_walls_) return *shows_walls_;
+  std::array<std::size_t, 3> facing_axis{};
+  for (std::size_t part = 0; part < kPortions; ++part) {
+    for (std::size_t k = part; k < cloud_.size(); k += kPortions) {
+      const auto axis = facing(k);
+      if (!axis || ++facing_axis[*axis] < kFewestFacing || *axis == 2) continue;
+      shows_walls_ = true;
+      return true;
+    }
+  }
+  shows_walls_ = false;
+  return false;
 }
 
 Eigen::Vector3d ScanShape::middle() const {
@@ -96,12 +123,7 @@ ScanPair::ScanPair(std::size_t i, std::shared_ptr<const ScanShape> first, std::s
                    std::shared_ptr<const ScanShape> second)
     : i_(i), j_(j), first_(std::move(first)), second_(std::move(second)) {}
 
-bool ScanPair::is_informative() const {
-  const auto shows_walls = [](const ScanShape& shape) {
-    return shape.facing_[0] >= kFewestFacing || shape.facing_[1] >= kFewestFacing;
-  };
-  return shows_walls(*first_) && shows_walls(*second_);
-}
+bool ScanPair::is_informative() const { return first_->shows_walls() && second_->shows_walls(); }
 
 double ScanPair::agreement(const Pose& T_first_second) const {
   if (!T_first_second.is_finite()) return 0.0;
@@ -110,24 +132,25 @@ double ScanPair::agreement(const Pose& T_first_second) const {
   constexpr float kReach_m = 2.0F;
   constexpr float kOnSurface_m = 0.12F;
   constexpr float kPerMetre = 0.003F;  // of range
+  const ScanShape::Surfaces& surfaces = second_->surfaces();
   std::array<std::size_t, 3> on_surface{};
-  for (const ScanShape::SurfacePoint& point : second_->surface_) {
+  for (const ScanShape::SurfacePoint& point : surfaces.points) {
     const Eigen::Vector3f p = r * point.position + t;
     float squared = kReach_m * kReach_m;
     const std::uint32_t nearest = first_->cloud_.nearest(p, squared);
     if (nearest == merge::RegistrationCloud::kNone) continue;
-    const Eigen::Vector3f& normal = first_->normals_[nearest];
+    const Eigen::Vector3f normal = normal_of(first_->cloud_, nearest);
     const float across_m = normal.isZero()
                                ? std::sqrt(squared)
                                : std::fabs(normal.dot(p - first_->cloud_.points()[nearest]));
     const float allowed_m = kOnSurface_m + kPerMetre * point.position.norm();
-    if (across_m < allowed_m) ++on_surface[static_cast<std::size_t>(point.facing)];
+    if (across_m < allowed_m) ++on_surface[point.facing];
   }
   double sum = 0.0;
   int directions = 0;
   for (std::size_t a = 0; a < 3; ++a) {
-    if (second_->facing_[a] < kFewestFacing) continue;
-    sum += static_cast<double>(on_surface[a]) / static_cast<double>(second_->facing_[a]);
+    if (surfaces.facing[a] < kFewestFacing) continue;
+    sum += static_cast<double>(on_surface[a]) / static_cast<double>(surfaces.facing[a]);
     ++directions;
   }
   return directions == 0 ? 0.0 : sum / directions;

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
@@ -15,24 +16,35 @@ namespace unimapper::input {
 /// Surfaces of one scan, thinned, ready to be compared with those of another.
 class ScanShape {
  public:
-  /// The points are in the sensor's frame, metres; up to `max_points` of them are kept. O(points),
-  /// and about 0.9 us for each that is kept.
+  /// The points are in the sensor's frame, metres; up to `max_points` of them are kept. O(points);
+  /// surfaces are looked for when they are asked for, about 0.5 us for each point.
   explicit ScanShape(const datasets::Scan& scan, std::size_t max_points = 4'000);
 
   /// Median of the thinned points by axis, metres.
   [[nodiscard]] Eigen::Vector3d middle() const;
 
+  /// Whether there are surfaces that face along x, or along y.
+  [[nodiscard]] bool shows_walls() const;
+
  private:
   friend class ScanPair;
   struct SurfacePoint {
     Eigen::Vector3f position;
-    int facing;  ///< the axis that its normal is nearest to
+    std::size_t facing;  ///< the axis that its normal is nearest to
+  };
+  /// Points on planes.
+  struct Surfaces {
+    std::vector<SurfacePoint> points;     ///< a part of them
+    std::array<std::size_t, 3> facing{};  ///< of that part by direction
   };
 
+  [[nodiscard]] std::optional<std::size_t> facing(std::size_t point) const;
+  [[nodiscard]] const Surfaces& surfaces() const;
+
+  // What is not asked for is not computed: by one thread at a time.
   merge::RegistrationCloud cloud_;
-  std::vector<Eigen::Vector3f> normals_;  ///< zero where there is no plane
-  std::vector<SurfacePoint> surface_;     ///< a part of the points on planes
-  std::array<std::size_t, 3> facing_{};   ///< points of `surface_` by direction
+  mutable std::optional<Surfaces> surfaces_;
+  mutable std::optional<bool> shows_walls_;
 };
 
 /// Two scans that see the same surroundings, ready to be compared under any motion.

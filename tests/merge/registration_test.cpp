@@ -65,6 +65,18 @@ double turn(const Pose& a, const Pose& b) {
 
 }  // namespace
 
+TEST_CASE("Covariances are the same at once, when asked, and for few points", "[registration]") {
+  Random random(1);
+  const Points all = sample_corner(random).points;
+  const std::size_t count = GENERATE(std::size_t{4}, std::size_t{2000});
+  const Points points(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count));
+  const RegistrationCloud known(points, {}, RegistrationConfig());
+  const RegistrationCloud asked(points, {}, RegistrationConfig(),
+                                RegistrationCloud::Covariances::kWhenAsked);
+  REQUIRE(known.size() == asked.size());
+  for (std::size_t i = known.size(); i-- > 0;) CHECK(known.covariance(i) == asked.covariance(i));
+}
+
 TEST_CASE("G-ICP finds back a known motion", "[registration]") {
   Random random(1);
   const auto [points, ground] = sample_corner(random);

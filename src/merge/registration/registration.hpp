@@ -23,11 +23,18 @@ class PointTree;
 /// Immutable and safe to share between threads.
 class RegistrationCloud {
  public:
+  /// When covariances are estimated.
+  enum class Covariances {
+    kAtOnce,
+    kWhenAsked,  ///< each when it is first asked for: by one thread at a time
+  };
+
   /// `ground` marks points that do not constrain the horizontal position; it may be empty (no
   /// ground known) or as long as `points`. Points that are not finite are left out. The
   /// result does not depend on the order of the points beyond rounding.
   RegistrationCloud(std::span<const Eigen::Vector3f> points, std::span<const std::uint8_t> ground,
-                    const RegistrationConfig& config);
+                    const RegistrationConfig& config,
+                    Covariances covariances = Covariances::kAtOnce);
   ~RegistrationCloud();
   RegistrationCloud(RegistrationCloud&&) noexcept;
   RegistrationCloud& operator=(RegistrationCloud&&) noexcept;
@@ -39,7 +46,13 @@ class RegistrationCloud {
   /// Points of the cloud, metres in its frame.
   [[nodiscard]] const std::vector<Eigen::Vector3f>& points() const { return points_; }
   /// Covariance of the surface about point `i`, square metres.
-  [[nodiscard]] const Eigen::Matrix3f& covariance(std::size_t i) const { return covariances_[i]; }
+  [[nodiscard]] const Eigen::Matrix3f& covariance(std::size_t i) const {
+    if (!is_pending_.empty() && is_pending_[i] != 0) {
+      covariances_[i] = estimate_covariance(i);
+      is_pending_[i] = 0;
+    }
+    return covariances_[i];
+  }
   /// True for a point of the ground.
   [[nodiscard]] bool is_ground(std::size_t i) const { return ground_[i] != 0; }
 
@@ -54,10 +67,11 @@ class RegistrationCloud {
   /// One point per voxel, in no order that means anything; the key of each voxel.
   std::vector<VoxelKey> thin(float leaf_m);
   void sort_by(const std::vector<VoxelKey>& keys);
-  void estimate_covariances();
+  [[nodiscard]] Eigen::Matrix3f estimate_covariance(std::size_t i) const;
 
   std::vector<Eigen::Vector3f> points_;
-  std::vector<Eigen::Matrix3f> covariances_;
+  mutable std::vector<Eigen::Matrix3f> covariances_;
+  mutable std::vector<std::uint8_t> is_pending_;  ///< by point; empty where none is
   std::vector<std::uint8_t> ground_;
   std::unique_ptr<PointTree> tree_;
 };

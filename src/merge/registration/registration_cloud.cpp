@@ -14,6 +14,8 @@
 namespace unimapper::merge {
 namespace {
 
+constexpr std::size_t kFewestNeighbors = 5;
+
 /// Eigenvalues of a positive matrix whose trace is 1, ascending; the smallest may be too small
 /// where the others are near to it.
 Eigen::Vector3d eigenvalues(const Eigen::Matrix3d& m) {
@@ -75,7 +77,7 @@ Eigen::Matrix3f regularised(const Eigen::Matrix3f& scatter) {
 
 RegistrationCloud::RegistrationCloud(std::span<const Eigen::Vector3f> points,
                                      std::span<const std::uint8_t> ground,
-                                     const RegistrationConfig& config) {
+                                     const RegistrationConfig& config, Covariances covariances) {
   points_.reserve(points.size());
   ground_.reserve(points.size());
   const float limit_m = config.leaf_m * static_cast<float>(kVoxelAxisLimit - 1);
@@ -92,7 +94,13 @@ RegistrationCloud::RegistrationCloud(std::span<const Eigen::Vector3f> points,
   }
   sort_by(keys);
   tree_ = std::make_unique<PointTree>(points_);
-  estimate_covariances();
+  covariances_.assign(points_.size(), Eigen::Matrix3f::Identity());
+  if (points_.size() < kFewestNeighbors) return;
+  if (covariances == Covariances::kWhenAsked) {
+    is_pending_.assign(points_.size(), 1);
+    return;
+  }
+  for (std::size_t i = 0; i < points_.size(); ++i) covariances_[i] = estimate_covariance(i);
 }
 
 RegistrationCloud::~RegistrationCloud() = default;
@@ -139,39 +147,35 @@ void RegistrationCloud::sort_by(const std::vector<VoxelKey>& keys) {
   }
 }
 
-void RegistrationCloud::estimate_covariances() {
+Eigen::Matrix3f RegistrationCloud::estimate_covariance(std::size_t i) const {
   constexpr std::size_t kNeighbors = 12;
-  const std::size_t wanted = std::min(kNeighbors, points_.size());
-  covariances_.assign(points_.size(), Eigen::Matrix3f::Identity());
-  if (wanted < 5) return;
   PointTree::Neighbor neighbors[kNeighbors];
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    const std::size_t found = tree_->nearest(points_[i], std::span(neighbors, wanted));
-    // Four numbers fill a register: sums that are written and read by parts are slow.
-    Eigen::Array4f sum = Eigen::Array4f::Zero();
-    Eigen::Array4f by_x = sum;
-    Eigen::Array4f by_y = sum;
-    Eigen::Array4f by_z = sum;
-    for (std::size_t n = 0; n < found; ++n) {
-      const Eigen::Vector3f away = points_[neighbors[n].second] - points_[i];
-      const Eigen::Array4f d(away.x(), away.y(), away.z(), 0.0F);
-      sum += d;
-      by_x += away.x() * d;
-      by_y += away.y() * d;
-      by_z += away.z() * d;
-    }
-    Eigen::Matrix3f scatter;
-    scatter << by_x.head<3>(), by_y.head<3>(), by_z.head<3>();
-    const Eigen::Vector3f sums = sum.head<3>();
-    scatter -= sums * sums.transpose() / static_cast<float>(found);
-    covariances_[i] = regularised(scatter);
+  const std::size_t wanted = std::min(kNeighbors, points_.size());
+  const std::size_t found = tree_->nearest(points_[i], std::span(neighbors, wanted));
+  // Four numbers fill a register: sums that are written and read by parts are slow.
+  Eigen::Array4f sum = Eigen::Array4f::Zero();
+  Eigen::Array4f by_x = sum;
+  Eigen::Array4f by_y = sum;
+  Eigen::Array4f by_z = sum;
+  for (std::size_t n = 0; n < found; ++n) {
+    const Eigen::Vector3f away = points_[neighbors[n].second] - points_[i];
+    const Eigen::Array4f d(away.x(), away.y(), away.z(), 0.0F);
+    sum += d;
+    by_x += away.x() * d;
+    by_y += away.y() * d;
+    by_z += away.z() * d;
   }
+  Eigen::Matrix3f scatter;
+  scatter << by_x.head<3>(), by_y.head<3>(), by_z.head<3>();
+  const Eigen::Vector3f sums = sum.head<3>();
+  scatter -= sums * sums.transpose() / static_cast<float>(found);
+  return regularised(scatter);
 }
 
 std::uint64_t RegistrationCloud::bytes() const {
   return sizeof *this + points_.capacity() * sizeof(Eigen::Vector3f) +
          covariances_.capacity() * sizeof(Eigen::Matrix3f) + ground_.capacity() +
-         PointTree::bytes(points_.size());
+         is_pending_.capacity() + PointTree::bytes(points_.size());
 }
 
 std::uint32_t RegistrationCloud::nearest(const Eigen::Vector3f& query, float& squared_gate) const {
