@@ -330,6 +330,17 @@ bool Calibration::shows_delay() const {
   return motions > 0 && delay_s.sigma < kShown_s;
 }
 
+bool Calibration::is_surely_right() const {
+  constexpr double kQuiet_deg = 0.3;
+  const auto is_right = [](const Estimate& e, double said) {
+    const double size = std::fabs(e.value);
+    return size + 3.0 * e.sigma < said || size < 1.5 * e.sigma;
+  };
+  return motions > 0 && attitude_noise_deg < kQuiet_deg && is_right(roll_deg, kSaidRoll_deg) &&
+         is_right(pitch_deg, kSaid_deg) && is_right(yaw_deg, kSaid_deg) && is_right(x_m, kSaid_m) &&
+         is_right(y_m, kSaid_m) && is_right(z_m, kSaid_m) && is_right(delay_s, least_delay_s());
+}
+
 Pose Calibration::sure_mount() const {
   if (motions == 0) return {};
   const auto sure = [](const Estimate& e, double least) {
@@ -341,10 +352,13 @@ Pose Calibration::sure_mount() const {
                          sure(yaw_deg, kSaid_deg)});
 }
 
-double Calibration::sure_delay_s() const {
+double Calibration::least_delay_s() const {
   constexpr double kBeyondHalf_s = 0.015;
-  const double least_s = 0.5 * interval_s + kBeyondHalf_s;
-  const bool is_sure = delay_s.is_surely_beyond(least_s, kMoreSurely);
+  return 0.5 * interval_s + kBeyondHalf_s;
+}
+
+double Calibration::sure_delay_s() const {
+  const bool is_sure = delay_s.is_surely_beyond(least_delay_s(), kMoreSurely);
   return motions > 0 && is_sure ? delay_s.value : 0.0;
 }
 
@@ -409,13 +423,11 @@ Calibration calibrate(const Track& track, std::span<const RegisteredMotion> moti
 
 MotionMistake find_motion_mistake(const Track& track, std::span<const RegisteredMotion> motions,
                                   const std::vector<PoseMistake>& mistakes,
-                                  const Calibration& found) {
+                                  const Calibration& found, double surely) {
   constexpr std::size_t kFewest = 8;
   constexpr std::size_t kMostNamed = 3;
   constexpr int kIterations = 8;
   constexpr double kMount_rad = 10.0 / kDegreesPerRadian;
-  // Differences of logarithms; right drives, most of them with noise, had up to 2.4.
-  constexpr double kSurely = 6.0;
   constexpr double kAsWell = 6.0;
   MotionMistake result;
   if (motions.size() < kFewest || found.misfit == 0.0) return result;
@@ -439,7 +451,7 @@ MotionMistake find_motion_mistake(const Track& track, std::span<const Registered
   std::stable_sort(fits.begin(), fits.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   const double best = fits.empty() ? as_given : fits.front().first;
-  if (!(best < as_given - kSurely) || !(best < found.misfit + kAsWell)) return result;
+  if (!(best < as_given - surely) || !(best < found.misfit + kAsWell)) return result;
   result.is_better_than_delay = best < found.misfit - kAsWell;
   for (const auto& [fit, mistake] : fits) {
     if (fit > best + kAsWell || result.names.size() == kMostNamed) break;
@@ -511,12 +523,11 @@ class DelayCosts {
 }  // namespace
 
 std::optional<ClockStep> find_clock_step(const Track& track,
-                                         std::span<const RegisteredMotion> motions) {
+                                         std::span<const RegisteredMotion> motions, double likely) {
   constexpr std::size_t kFewest = 5;  // motions of a part
   constexpr double kLeast_s = 0.07;   // less is what half a scan looks like
   // Differences of logarithms: of both parts with a delay of their own, and of each with its own
   // against the other's. Right drives had up to 3.
-  constexpr double kLikely = 5.0;
   constexpr double kSurely = 15.0;
   constexpr double kEachSurely = 6.0;
   if (motions.size() < 2 * kFewest) return std::nullopt;
@@ -524,7 +535,7 @@ std::optional<ClockStep> find_clock_step(const Track& track,
   const std::size_t size = motions.size();
   const double together = costs.of(0, size, costs.best(0, size));
   std::size_t split = 0;
-  double least = together - kLikely;
+  double least = together - likely;
   for (std::size_t k = kFewest; k + kFewest <= size; ++k) {
     const double cost = costs.of(0, k, costs.best(0, k)) + costs.of(k, size, costs.best(k, size));
     if (cost >= least) continue;

@@ -198,6 +198,7 @@ void count_disjoint_pairs(const std::vector<double>& best, const std::vector<Pai
   for (const double one : best) figures.disjoint_pairs += one < kHalf * usual ? 1 : 0;
   const auto least = std::min_element(best.begin(), best.end());
   figures.least_agreeing = pairs[static_cast<std::size_t>(least - best.begin())];
+  figures.least_of_usual = usual > 0.0 ? *least / usual : 0.0;
 }
 
 }  // namespace
@@ -257,6 +258,15 @@ AgreementFigures measure_agreement(std::span<const ScanPair> pairs, const Track&
     try_mistakes(pairs, mistakes, figures);
   }
   return figures;
+}
+
+bool is_surely_right(const AgreementFigures& agreement, std::size_t pairs) {
+  constexpr double kLittle = 0.5 * kTryMistakes;
+  constexpr double kMoves = 0.1;
+  constexpr double kSamePlace = 0.55;
+  return agreement.pairs == pairs && agreement.registered - agreement.given < kLittle &&
+         agreement.registered - agreement.identity > kMoves &&
+         agreement.least_of_usual > kSamePlace;
 }
 
 namespace {

@@ -37,6 +37,7 @@ struct AgreementFigures {
   /// Pairs that agree under no motion, not even half as well as pairs usually do.
   std::size_t disjoint_pairs = 0;
   PairIndex least_agreeing{};     ///< the one that agrees least
+  double least_of_usual = 0.0;    ///< its agreement under the best motion over that of usual pairs
   double least_agreeing_m = 0.0;  ///< that the sensor drove between the two, by its poses
   double drift_m = 0.0;           ///< of the middle of the scans in their own frame, the largest
   double displacement_m = 0.0;    ///< of the sensor by its poses, the largest
@@ -67,6 +68,9 @@ struct AgreementFigures {
 /// `AgreementFigures::ring_loss`, the first scan against the median of the others; of a part of
 /// their points.
 [[nodiscard]] double measure_ring_loss(std::span<const datasets::Scan* const> scans);
+
+/// Whether all `pairs` tell and agree so well that scans of more points would tell nothing else.
+[[nodiscard]] bool is_surely_right(const AgreementFigures& agreement, std::size_t pairs);
 
 /// Scans that follow each other but show different places: a sensor that was covered or carried,
 /// scans that are missing, or an order that is not that of time.

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
+#include <optional>
 
 #include "src/input/calibration_findings.hpp"
 
@@ -52,6 +54,31 @@ struct Calibrated {
   Calibration found;
 };
 
+/// What motions say of mount, clock and poses.
+struct MotionEvidence {
+  Calibration calibration;
+  MotionMistake mistake;
+  std::optional<ClockStep> clock_step;
+};
+
+/// Half of the motions, where they show beyond doubt that nothing is to be said.
+std::optional<MotionEvidence> quick_evidence(const Track& track,
+                                             const std::vector<PoseMistake>& mistakes,
+                                             const datasets::Dataset& dataset) {
+  // Differences of logarithms that all of the motions would double, far less than is said.
+  constexpr double kHint = 1.5;
+  const std::vector<RegisteredMotion> motions = register_motions(
+      track, [](std::size_t, std::size_t) { return false; },
+      [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); }, 2);
+  MotionEvidence evidence{calibrate(track, motions), {}, {}};
+  const Calibration& found = evidence.calibration;
+  if (!found.is_surely_right() || find_clock_step(track, motions, kHint) ||
+      !find_motion_mistake(track, motions, mistakes, found, kHint).names.empty()) {
+    return std::nullopt;
+  }
+  return evidence;
+}
+
 /// Mount and clock as the scans show them where the odometry does not break. A mount or a clock
 /// that is off looks like an odometry that slips in each turn, so slips are left out only if the
 /// rest of the recording contradicts what they show.
@@ -81,6 +108,18 @@ Calibrated calibration_beside(std::vector<OdometryBreak> breaks, const Track& tr
                            is_excluded(all.x_m, rest.x_m) || is_excluded(all.y_m, rest.y_m) ||
                            is_excluded(all.z_m, rest.z_m) || is_excluded(all.delay_s, rest.delay_s);
   return rest.motions > 0 && contradicts ? without_slips : with_slips;
+}
+
+/// What motions beside the breaks say; half of them where that suffices.
+MotionEvidence evidence_beside(const std::vector<OdometryBreak>& breaks, const Track& track,
+                               const std::vector<PoseMistake>& mistakes,
+                               const datasets::Dataset& dataset) {
+  if (breaks.empty()) {
+    if (const auto quick = quick_evidence(track, mistakes, dataset)) return *quick;
+  }
+  const auto [motions, found] = calibration_beside(breaks, track, dataset);
+  return {found, find_motion_mistake(track, motions, mistakes, found),
+          find_clock_step(track, motions)};
 }
 
 /// For each scan whether it is an earlier one once more although the robot moved since.
@@ -151,6 +190,9 @@ void add_motion_findings(Plausibility& result, const Finding& odometry,
 Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
                      const GivenCorrection& given) {
   constexpr std::size_t kMostPairs = 16;
+  // Of a scan; few where they show beyond doubt that poses and scans agree.
+  constexpr std::size_t kFewPoints = 1'500;
+  constexpr std::size_t kManyPoints = 4'000;
   const Track track{std::min(scans, dataset.scan_count()),
                     [&](std::size_t i) { return dataset.pose(i); },
                     [&](std::size_t i) { return dataset.stamp_ns(i); }};
@@ -192,15 +234,23 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
     const bool breaks = odometry.severity == Severity::kSuspicious;
     if (breaks) leave_out_jumps(track, result.steps.breaks, result.motion);
     findings.push_back(check_speed(result.motion));
-    std::vector<ScanPair> pairs;
-    pairs.reserve(chosen.size());
-    for (std::size_t k = 0; k < chosen.size(); ++k) {
-      if (breaks && is_broken(result.steps.breaks, chosen[k])) continue;
-      pairs.emplace_back(chosen[k].first, *first[k], chosen[k].second, *second[k]);
-    }
+    const auto pairs_of = [&](std::size_t points) {
+      std::vector<ScanPair> pairs;
+      pairs.reserve(chosen.size());
+      for (std::size_t k = 0; k < chosen.size(); ++k) {
+        if (breaks && is_broken(result.steps.breaks, chosen[k])) continue;
+        pairs.emplace_back(chosen[k].first, std::make_shared<const ScanShape>(*first[k], points),
+                           chosen[k].second, std::make_shared<const ScanShape>(*second[k], points));
+      }
+      return pairs;
+    };
     const auto name = [&](std::size_t i) { return dataset.scan_name(i); };
     const std::vector<PoseMistake> mistakes = known_mistakes(track, name);
-    result.agreement = measure_agreement(pairs, track, mistakes);
+    const std::vector<ScanPair> quick = pairs_of(kFewPoints);
+    result.agreement = measure_agreement(quick, track, mistakes);
+    if (!is_surely_right(result.agreement, quick.size())) {
+      result.agreement = measure_agreement(pairs_of(kManyPoints), track, mistakes);
+    }
     if (result.agreement.identity > result.agreement.given) {
       std::vector<Pose> poses;
       poses.reserve(chosen.size());
@@ -213,14 +263,15 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
       from_start.insert(from_start.end(), first.begin(), first.end());
       result.agreement.ring_loss = measure_ring_loss(from_start);
     }
-    const Calibrated calibrated = calibration_beside(
-        breaks ? result.steps.breaks : std::vector<OdometryBreak>(), track, dataset);
-    result.calibration = calibrated.found;
-    result.mistake = find_motion_mistake(track, calibrated.motions, mistakes, calibrated.found);
-    result.clock_step = find_clock_step(track, calibrated.motions);
+    const MotionEvidence evidence = evidence_beside(
+        breaks ? result.steps.breaks : std::vector<OdometryBreak>(), track, mistakes, dataset);
+    result.calibration = evidence.calibration;
+    result.mistake = evidence.mistake;
+    result.clock_step = evidence.clock_step;
     Estimate& delay_s = result.calibration.delay_s;
     if (result.calibration.sure_delay_s() != 0.0) {
-      leave_out_unseen_delay(delay_s, gained_agreement(track, pairs, delay_s.value));
+      leave_out_unseen_delay(delay_s,
+                             gained_agreement(track, pairs_of(kManyPoints), delay_s.value));
     }
     add_motion_findings(result, odometry, given);
     findings.push_back(check_attitude(result.calibration));

@@ -22,7 +22,7 @@ class PairChoice {
   explicit PairChoice(const Track& track) : track_(track) {}
 
   /// Two for each part of the track: one that moves far, one that turns or changes its speed most.
-  [[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> choose() const {
+  [[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> choose(std::size_t every) const {
     std::vector<std::pair<std::size_t, std::size_t>> pairs;
     // Poses of other times are needed on both sides.
     const std::size_t margin = std::clamp<std::size_t>(track_.size / 8, 1, 10);
@@ -30,7 +30,7 @@ class PairChoice {
     const std::size_t begin = margin;
     const std::size_t size = track_.size - 2 * margin - 1;
     const std::size_t parts = std::min(kCalibrationPairs / 2, size / 2);
-    for (std::size_t s = 0; s < parts; ++s) {
+    for (std::size_t s = 0; s < parts; s += every) {
       const std::size_t from = begin + s * size / parts;
       const std::size_t to = begin + (s + 1) * size / parts;
       pairs.emplace_back(from, partner(from, begin + size));
@@ -83,7 +83,7 @@ class PairChoice {
 
 std::vector<RegisteredMotion> register_motions(
     const Track& track, const std::function<bool(std::size_t, std::size_t)>& skips,
-    const std::function<void(std::size_t, datasets::Scan&)>& read) {
+    const std::function<void(std::size_t, datasets::Scan&)>& read, std::size_t every) {
   constexpr double kInTunnel = 0.03;    // condition; tunnels have no more
   constexpr double kUnmoved = 0.05;     // agreement; rings of a sparse sensor
   constexpr double kAgreesWell = 0.85;  // agreement, against the median
@@ -100,7 +100,7 @@ std::vector<RegisteredMotion> register_motions(
     read(i, scan);
     return known = std::make_shared<const ScanShape>(scan, kShapePoints);
   };
-  for (const auto& [i, j] : PairChoice(track).choose()) {
+  for (const auto& [i, j] : PairChoice(track).choose(every)) {
     shapes.erase(shapes.begin(), shapes.lower_bound(i));
     const Pose given = track.pose(i).inverse() * track.pose(j);
     if (skips(i, j) || !given.is_finite()) continue;

@@ -115,6 +115,15 @@ TEST_CASE("A right mount and clock are found right", "[calibration]") {
   CHECK(check_mount(found, {}).severity == Severity::kFine);
   CHECK(check_time(found, 0.0).severity == Severity::kFine);
   CHECK(found.sure_delay_s() == 0.0);
+  CHECK(found.is_surely_right());
+}
+
+TEST_CASE("What half of the motions make likely is not surely right", "[calibration]") {
+  const Drive drive = GENERATE(
+      Drive{extrinsic_pose({0.0, 0.0, 0.0, 0.0, 0.0, 0.6})}, Drive{Pose{}, 0.06},
+      Drive{extrinsic_pose({0.3, 0.0, 0.0, 0.0, 0.0, 0.0})}, Drive{Pose{}, 0.0, false, 0.5});
+  Recorded recorded = drive.record();
+  CHECK_FALSE(calibrate(recorded.track(), recorded.motions).is_surely_right());
 }
 
 TEST_CASE("Yaw, pitch, lever arm and delay are estimated together, of either sign",
@@ -336,6 +345,7 @@ TEST_CASE("Few motions tell nothing", "[calibration]") {
   const Track track{3, [](std::size_t) { return Pose(); }, stamp_of};
   const Calibration found = calibrate(track, {});
   CHECK(found.motions == 0);
+  CHECK_FALSE(found.is_surely_right());
   CHECK(check_mount(found, {}).severity == Severity::kFine);
   CHECK(check_time(found, 0.0).severity == Severity::kFine);
 }

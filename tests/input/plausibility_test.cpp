@@ -131,6 +131,26 @@ TEST_CASE("poses of another convention are wrong, and the message names the reme
   CHECK_THAT(found, Contains("wrong motion: ") && Contains(mistake.remedy));
 }
 
+TEST_CASE("few points settle only pairs that all agree, move and show the same place") {
+  AgreementFigures figures;
+  figures.pairs = 16;
+  figures.given = 0.79;
+  figures.registered = 0.8;
+  figures.identity = 0.4;
+  figures.least_of_usual = 0.8;
+  CHECK(is_surely_right(figures, 16));
+  CHECK_FALSE(is_surely_right(figures, 17));
+  AgreementFigures other = figures;
+  other.given = 0.77;
+  CHECK_FALSE(is_surely_right(other, 16));
+  other = figures;
+  other.identity = 0.75;
+  CHECK_FALSE(is_surely_right(other, 16));
+  other = figures;
+  other.least_of_usual = 0.5;
+  CHECK_FALSE(is_surely_right(other, 16));
+}
+
 TEST_CASE("an attitude that scatters by a degree is said, and nothing else is blamed") {
   MemoryDataset recording = drive();
   std::mt19937 random(7);  // NOLINT: the same noise every time
