@@ -175,8 +175,8 @@ void warn_of_input(const RunStatistics& statistics, const FreeSpaceConfig& assum
   } else if (statistics.aligned_scans() > 0) {
     print_to(stderr,
              "onboard: warning: roll and pitch of the poses scatter by {:.2f} deg from scan to "
-             "scan: a noisy odometry, or poses of other axes or handedness than the points; {} "
-             "scans were aligned to the ground\n",
+             "scan: a noisy odometry, poses far apart in time, or of other axes or handedness than "
+             "the points; {} scans were aligned to the ground\n",
              statistics.attitude_noise_deg(), statistics.aligned_scans());
   }
 }
