@@ -121,4 +121,4 @@ for folder in "$cases"/[!C]*/ "$cases"/C[!3]*/ "$cases"/C3*/; do
   case $name in C1 | C2 | D1 | E1) ;; *) rm -rf "${CASES_WORK:?}/$name" ;; esac
 done | tee "$CASES_WORK/table.md"
 rm -rf "$CASES_WORK"/[CDE][123]
-cut -d '|' -f 6 "$CASES_WORK/table.md" | tail -n +3 | grep . | sort | uniq -c
+cut -d '|' -f 6 "$CASES_WORK/table.md" | grep '[a-zA-Z]' | sort | uniq -c
