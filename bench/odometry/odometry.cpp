@@ -2,6 +2,7 @@
 #include "unimapper/odometry/odometry.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <random>
@@ -66,7 +67,10 @@ double processor_ms() {
 /// What an odometry said of every scan of a recording.
 struct Run {
   std::vector<PosePair> pairs;
-  std::vector<double> ms;  ///< of each scan
+  std::vector<double> ms;          ///< of each scan
+  std::vector<double> up_off_deg;  ///< of up, or else of the z axis, in each scan
+  double up_sigma_deg = 0.0;       ///< at the end, by the accelerometer
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< of the place at the end
   std::size_t degenerate = 0;
   std::size_t lost = 0;
 };
@@ -99,7 +103,9 @@ class SimulatedGyroscope {
   std::normal_distribution<double> noise_{0.0, 0.005};  // rad/s
 };
 
-Run run(const datasets::Dataset& dataset, bool has_gyroscope) {
+enum class Imu { kNone, kGyroscope, kRecorded };
+
+Run run(const datasets::Dataset& dataset, Imu imu) {
   const LidarOdometryConfig config;
   MemoryBlock memory(LidarOdometry::required_bytes(config));
   const auto created = LidarOdometry::create(config, memory.span());
@@ -107,13 +113,19 @@ Run run(const datasets::Dataset& dataset, bool has_gyroscope) {
   const std::vector<Pose> truths = dataset.ground_truth_poses();
   Run run;
   SimulatedGyroscope gyroscope(dataset);
+  datasets::RecordedGyroscope recorded;
+  if (imu == Imu::kRecorded) recorded = dataset.gyroscope();
+  auto sample = recorded.samples.begin();
   datasets::Scan scan;
   for (std::size_t i = 0; i < dataset.scan_count(); ++i) {
     dataset.read_scan(i, scan);
     const float last_s =
         scan.time_s.empty() ? 0.0F : *std::max_element(scan.time_s.begin(), scan.time_s.end());
-    if (has_gyroscope) {
-      gyroscope.tell(dataset.stamp_ns(i) + static_cast<std::int64_t>(1e9F * last_s), **created);
+    const std::int64_t last_ns = dataset.stamp_ns(i) + static_cast<std::int64_t>(1e9F * last_s);
+    if (imu == Imu::kGyroscope) gyroscope.tell(last_ns, **created);
+    for (; sample != recorded.samples.end() && sample->stamp_ns <= last_ns; ++sample) {
+      static_cast<void>((*created)->add_angular_velocity(sample->stamp_ns, sample->rad_s));
+      static_cast<void>((*created)->add_acceleration(sample->stamp_ns, sample->acceleration));
     }
     const double begin_ms = processor_ms();
     const OdometryResult result =
@@ -121,7 +133,13 @@ Run run(const datasets::Dataset& dataset, bool has_gyroscope) {
     run.ms.push_back(processor_ms() - begin_ms);
     run.degenerate += result.state == OdometryState::kDegenerate ? 1 : 0;
     run.lost += result.state == OdometryState::kLost ? 1 : 0;
-    run.pairs.push_back({result.T_odometry_sensor, truths.empty() ? dataset.pose(i) : truths[i]});
+    const Pose& truth = truths.empty() ? dataset.pose(i) : truths[i];
+    const Eigen::Vector3d up =
+        result.T_odometry_sensor.rotation * truth.rotation.transpose().col(2);
+    run.up_off_deg.push_back(kDegreesPerRadian * up.cross(result.up).norm());
+    run.covariance_m2 += result.covariance.topLeftCorner<3, 3>();
+    run.up_sigma_deg = kDegreesPerRadian * result.up_sigma_rad;
+    run.pairs.push_back({result.T_odometry_sensor, truth});
   }
   return run;
 }
@@ -133,26 +151,35 @@ void print(Run run) {
   const double path_m = path_of(pairs).back();
   const Pose truth = pairs.front().truth.inverse() * pairs.back().truth;
   const Pose estimate = pairs.front().estimate.inverse() * pairs.back().estimate;
-  const double end_m = (truth.translation - estimate.translation).norm();
+  const Eigen::Vector3d end = estimate.translation - truth.translation;
+  const double end_m = end.norm();
+  // What the odometry says of itself in that direction.
+  const Eigen::Vector3d along = pairs.front().estimate.rotation * end.normalized();
+  const double end_sigma_m = std::sqrt(along.dot(run.covariance_m2 * along));
   std::printf(
       "path_m %.1f rel_percent %.3f segments %zu ate_m %.3f drift_percent %.3f ms_p50 %.1f ms_p99 "
-      "%.1f degenerate %zu lost %zu\n",
+      "%.1f degenerate %zu lost %zu up_off_deg %.2f up_sigma_deg %.2f "
+      "end_m %.2f end_sigma_m %.2f\n",
       path_m, relative.translation_percent, relative.segments, ate.translation_m.rmse,
       100.0 * end_m / std::max(1.0, path_m), quantile(std::span(run.ms), 0.5),
-      quantile(std::span(run.ms), 0.99), run.degenerate, run.lost);
+      quantile(std::span(run.ms), 0.99), run.degenerate, run.lost,
+      quantile(std::span(run.up_off_deg), 0.5), run.up_sigma_deg, end_m, end_sigma_m);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool has_gyroscope = argc == 3 && std::string(argv[2]) == "gyroscope";
-  if (argc != 2 && !has_gyroscope) {
-    std::fprintf(stderr, "usage: odometry_bench RECORDING [gyroscope]\n");
+  const std::string with = argc == 3 ? argv[2] : "";
+  const Imu imu = with == "gyroscope" ? Imu::kGyroscope
+                  : with == "imu"     ? Imu::kRecorded
+                                      : Imu::kNone;
+  if (argc != 2 && imu == Imu::kNone) {
+    std::fprintf(stderr, "usage: odometry_bench RECORDING [gyroscope | imu]\n");
     return 2;
   }
   try {
     // The odometry compensates sweeps by itself.
-    print(run(*datasets::open_dataset(argv[1], {.deskew = datasets::Deskew::kOff}), has_gyroscope));
+    print(run(*datasets::open_dataset(argv[1], {.deskew = datasets::Deskew::kOff}), imu));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "odometry_bench: %s\n", error.what());
     return 1;

@@ -124,7 +124,7 @@ std::string encode(Encoding encoding, const Imu& imu, std::uint32_t sequence) {
   for (int i = 1; i < kCovariance; ++i) bytes.put(0.0);
   bytes.put(imu.angular_velocity);
   for (int i = 0; i < kCovariance; ++i) bytes.put(0.0);
-  bytes.put(Eigen::Vector3d(0.0, 0.0, 0.0));  // acceleration
+  bytes.put(imu.linear_acceleration);
   for (int i = 0; i < kCovariance; ++i) bytes.put(0.0);
   return bytes.take();
 }

@@ -75,10 +75,11 @@ struct Transform {
   Pose transform;
 };
 
-/// sensor_msgs/Imu that says it has no orientation; its acceleration is left zero.
+/// sensor_msgs/Imu that says it has no orientation.
 struct Imu {
   Header header;
-  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< radians per second
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();     ///< radians per second
+  Eigen::Vector3d linear_acceleration = Eigen::Vector3d::Zero();  ///< m/s², at rest along up
 };
 
 /// tf2_msgs/TFMessage.

@@ -2,6 +2,7 @@
 #include "unimapper/odometry/odometry.hpp"
 
 #include <cstring>
+#include <limits>
 #include <new>
 
 #include "ports/c/convert.hpp"
@@ -15,6 +16,8 @@ using namespace unimapper::c;
 struct alignas(UM_ALIGNMENT) um_odometry {
   std::uint64_t magic;
   LidarOdometry* core;
+  double up[3];
+  double up_sigma_rad;
 };
 
 namespace {
@@ -99,6 +102,8 @@ um_status um_odometry_init(const um_odometry_config* config, void* memory, std::
       core, {static_cast<std::byte*>(memory) + sizeof(um_odometry), bytes - sizeof(um_odometry)});
   if (!created.ok()) return say(to_c(created.error().code), created.error().message);
   made->core = created.value();
+  made->up[2] = 1.0;
+  made->up_sigma_rad = std::numeric_limits<double>::infinity();
   made->magic = kOdometryMagic;
   *odometry = made;
   return say(UM_OK, "");
@@ -112,6 +117,22 @@ um_status um_odometry_add_angular_velocity(um_odometry* odometry, std::int64_t s
   return to_c(odometry->core->add_angular_velocity(stamp_ns, angular_velocity).code);
 }
 
+um_status um_odometry_add_acceleration(um_odometry* odometry, std::int64_t stamp_ns,
+                                       const double m_s2[3]) {
+  if (!is_odometry(odometry)) return UM_INVALID_HANDLE;
+  if (m_s2 == nullptr) return UM_NULL_ARGUMENT;
+  const Eigen::Vector3d acceleration(m_s2[0], m_s2[1], m_s2[2]);
+  return to_c(odometry->core->add_acceleration(stamp_ns, acceleration).code);
+}
+
+um_status um_odometry_up(const um_odometry* odometry, double up[3], double* sigma_rad) {
+  if (!is_odometry(odometry)) return UM_INVALID_HANDLE;
+  if (up == nullptr || sigma_rad == nullptr) return UM_NULL_ARGUMENT;
+  for (int i = 0; i < 3; ++i) up[i] = odometry->up[i];
+  *sigma_rad = odometry->up_sigma_rad;
+  return UM_OK;
+}
+
 um_status um_odometry_add_scan(um_odometry* odometry, const um_points* points, const float* time_s,
                                std::int64_t stamp_ns, um_odometry_result* result) {
   if (!is_odometry(odometry)) return UM_INVALID_HANDLE;
@@ -120,6 +141,8 @@ um_status um_odometry_add_scan(um_odometry* odometry, const um_points* points, c
   const std::size_t times = time_s == nullptr ? 0 : points->count;
   const OdometryResult core = odometry->core->add_scan(stamp_ns, to_view(*points), {time_s, times});
   write(core, *result);
+  for (int i = 0; i < 3; ++i) odometry->up[i] = core.up[i];
+  odometry->up_sigma_rad = core.up_sigma_rad;
   return to_c(core.error.code);
 }
 

@@ -33,9 +33,11 @@ enum um_odometry_state {
 
 /** What a scan showed. */
 typedef struct um_odometry_result {
-  int32_t state;             /**< one of enum um_odometry_state */
-  um_pose T_odometry_sensor; /**< at the scan's stamp; the first accepted scan's is the identity */
-  double velocity_m_s[3];    /**< in the sensor's frame */
+  int32_t state; /**< one of enum um_odometry_state */
+  /** At the scan's stamp. The first accepted scan's is the identity, or levelled by accelerations.
+   */
+  um_pose T_odometry_sensor;
+  double velocity_m_s[3];           /**< in the sensor's frame */
   double angular_velocity_rad_s[3]; /**< in the sensor's frame */
   /** Of the motion since the scan before, row by row: translation along the odometry's axes (square
    *  metres), then the rotation vector in the sensor's frame (square radians). Sums over scans are
@@ -72,6 +74,18 @@ UM_API UM_CHECKED um_status um_odometry_init(const um_odometry_config* config, v
 UM_API UM_CHECKED um_status um_odometry_add_angular_velocity(um_odometry* odometry,
                                                              int64_t stamp_ns,
                                                              const double rad_s[3]);
+
+/** Takes what the accelerometer of an IMU measured along the sensor's axes, at rest 9.81 m/s² along
+ *  up, told as above. Optional: the first scan's pose is levelled by it, and a drift of roll and
+ *  pitch is taken back. UM_INVALID_POSE (not finite, or of 200 m/s² or more), UM_TIME_REVERSED:
+ *  nothing has changed. */
+UM_API UM_CHECKED um_status um_odometry_add_acceleration(um_odometry* odometry, int64_t stamp_ns,
+                                                         const double m_s2[3]);
+
+/** Up in the odometry frame at the last scan, a unit vector, and its standard deviation in one
+ *  direction; infinite where it is not known. */
+UM_API UM_CHECKED um_status um_odometry_up(const um_odometry* odometry, double up[3],
+                                           double* sigma_rad);
 
 /** Registers a scan. `time_s` (may be null: the scan is motion-compensated) has for every point the
  *  seconds after the stamp at which it was measured; they may be negative.

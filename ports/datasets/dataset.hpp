@@ -105,12 +105,14 @@ struct Fix {
   std::optional<Eigen::Vector3d> lever;  ///< the antenna in the sensor's frame; empty: not known
 };
 
-/// What the gyroscope of an IMU measured.
+/// What the gyroscope and the accelerometer of an IMU measured.
 struct RecordedGyroscope {
-  /// Angular velocity about the axes of the scans, by the clock of their stamps.
+  /// By the axes of the scans and the clock of their stamps.
   struct Sample {
     std::int64_t stamp_ns;  ///< when it was measured
     Eigen::Vector3d rad_s;  ///< may be wrong in any way but finite
+    /// In m/s² or g, at rest along up; zero where there is none. Finite.
+    Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
   };
   std::vector<Sample> samples;  ///< in the order of their stamps; empty: there is none
   std::string description;      ///< e.g. "/imu (sensor_msgs/Imu, 900 messages)"
@@ -156,6 +158,8 @@ class Dataset {
   [[nodiscard]] virtual std::vector<Fix> fixes() const { return {}; }
   /// The gyroscope whose axes are known in the scans' frame. Reads all of it. Throws DatasetError.
   [[nodiscard]] virtual RecordedGyroscope gyroscope() const { return {}; }
+  /// How far the poses' z axis may be from up, standard deviation; 0: nothing tells.
+  [[nodiscard]] virtual double up_sigma_deg() const { return 0.0; }
 };
 
 /// Whether points are moved from the sensor's frames of their own times to that of their scan.

@@ -34,6 +34,7 @@ class DatasetDecorator : public Dataset {
   }
   [[nodiscard]] std::vector<Fix> fixes() const override { return inner_->fixes(); }
   [[nodiscard]] RecordedGyroscope gyroscope() const override { return inner_->gyroscope(); }
+  [[nodiscard]] double up_sigma_deg() const override { return inner_->up_sigma_deg(); }
 
  protected:
   explicit DatasetDecorator(std::unique_ptr<Dataset> inner) : inner_(std::move(inner)) {}

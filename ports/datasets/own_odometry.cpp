@@ -1,6 +1,8 @@
 #include "ports/datasets/own_odometry.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,6 +53,37 @@ struct Tally {
   }
 };
 
+/// What the accelerometer said of up, over a drive.
+struct UpOfDrive {
+  std::size_t scans = 0;  ///< scans whose up was known
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double weight = 0.0;
+  double variance_rad2 = 0.0;
+
+  void add(const OdometryResult& result) {
+    const double variance = result.up_sigma_rad * result.up_sigma_rad;
+    if (!std::isfinite(variance)) return;
+    ++scans;
+    sum += result.up / variance;
+    weight += 1.0 / variance;
+    variance_rad2 += variance;
+  }
+  [[nodiscard]] Eigen::Vector3d mean() const {
+    return scans > 0 ? sum.normalized() : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+  }
+  /// Of a scan's up against the mean's z axis: its own, and what lies between the two.
+  [[nodiscard]] double sigma_deg() const {
+    constexpr double kLeast_deg = 1.0;  // offsets of 20 mg are usual without calibration
+    constexpr double kMost_deg = 5.0;   // tells less than a level road
+    if (scans == 0) return 0.0;
+    const double length = sum.norm() / weight;  // below 1 as far as they differ
+    const double variance =
+        variance_rad2 / static_cast<double>(scans) + std::max(0.0, 1.0 - length * length);
+    const double sigma = std::sqrt(variance) * kDegreesPerRadian;
+    return sigma > kMost_deg ? 0.0 : std::max(kLeast_deg, sigma);
+  }
+};
+
 class OwnOdometryDataset final : public DatasetDecorator {
  public:
   OwnOdometryDataset(std::unique_ptr<Dataset> dataset, const OwnOdometryOptions& options)
@@ -69,17 +102,20 @@ class OwnOdometryDataset final : public DatasetDecorator {
       const std::int64_t last_ns = last_point_ns(inner().stamp_ns(i), scan);
       for (; sample != gyroscope_.samples.end() && sample->stamp_ns <= last_ns; ++sample) {
         static_cast<void>(odometry->add_angular_velocity(sample->stamp_ns, sample->rad_s));
+        if (sample->acceleration.isZero(0.0)) continue;
+        static_cast<void>(odometry->add_acceleration(sample->stamp_ns, sample->acceleration));
       }
       const OdometryResult result =
           odometry->add_scan(inner().stamp_ns(i), scan.view(), scan.time_s);
       if (result.error.ok()) last = result.T_odometry_sensor;
-      poses_.push_back(options.T_base_lidar * last);
-      const Eigen::Matrix3d& R = options.T_base_lidar.rotation;
-      slips_.push_back(R * slip_of(result) * R.transpose());
+      poses_.push_back(last);
+      slips_.push_back(slip_of(result));
+      up_.add(result);
       count_state(i, result);
       if (options.progress) options.progress(i + 1, count);
     }
     statistics_ = odometry->statistics();
+    level(options.T_base_lidar);
     std::vector<RecordedGyroscope::Sample>().swap(gyroscope_.samples);
     require_tracking();
   }
@@ -87,6 +123,7 @@ class OwnOdometryDataset final : public DatasetDecorator {
   [[nodiscard]] std::size_t scan_count() const override { return poses_.size(); }
   [[nodiscard]] const Pose& pose(std::size_t i) const override { return poses_.at(i); }
   [[nodiscard]] Eigen::Matrix3d slip(std::size_t i) const override { return slips_.at(i); }
+  [[nodiscard]] double up_sigma_deg() const override { return up_.sigma_deg(); }
   [[nodiscard]] std::optional<Pose> pose_at(std::int64_t /*stamp_ns*/) const override {
     return std::nullopt;
   }
@@ -108,6 +145,7 @@ class OwnOdometryDataset final : public DatasetDecorator {
                                         : "alone"),
                      false});
     add_doubts_of_gyroscope(notes);
+    add_accelerometer(notes);
     add_note(degenerate_, "do not determine the motion in every direction", notes);
     add_note(lost_, "could not be registered: poses go on as before", notes);
     if (statistics_.points_refused + statistics_.points_without_voxel > 0) {
@@ -125,6 +163,39 @@ class OwnOdometryDataset final : public DatasetDecorator {
       lost_.add(scan, result.error.ok() ? result.reason : result.error.message);
     } else if (result.state == OdometryState::kDegenerate) {
       degenerate_.add(scan, result.reason);
+    }
+  }
+
+  /// From the frame of the first pose to one of the robot, level as far as up is known.
+  void level(const Pose& T_base_lidar) {
+    Pose T_new_odometry = T_base_lidar;
+    if (!poses_.empty() && (up_.scans > 0 || !poses_[0].rotation.isIdentity(0.0))) {
+      T_new_odometry = T_base_lidar * poses_[0].inverse();
+      const Eigen::Vector3d up = T_new_odometry.rotation * up_.mean();
+      const auto turn = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
+      T_new_odometry = Pose(turn, Eigen::Vector3d::Zero()) * T_new_odometry;
+    }
+    const Eigen::Matrix3d& R = T_new_odometry.rotation;
+    for (Pose& pose : poses_) pose = T_new_odometry * pose;
+    for (Eigen::Matrix3d& slip : slips_) slip = R * slip * R.transpose();
+  }
+
+  void add_accelerometer(std::vector<Note>& notes) const {
+    const std::string whose = "accelerometer: " + gyroscope_.description;
+    if (up_.scans > 0) {
+      char sigma[32];
+      std::snprintf(sigma, sizeof sigma, "%.1f", up_.sigma_deg());
+      notes.push_back({whose + " tells up to " + sigma + " degrees", false});
+    }
+    if (statistics_.updates_in_g > 0) {
+      notes.push_back({whose + " is in g, not in m/s²: taken for that", true});
+    }
+    if (statistics_.updates_implausible > 0) {
+      notes.push_back(
+          {whose + ": " + std::to_string(statistics_.updates_implausible) + " of " +
+               std::to_string(statistics_.updates_implausible + statistics_.updates_of_up) +
+               " stretches of 2 s are not used: their mean is no gravity, in m/s² or g",
+           true});
     }
   }
 
@@ -173,6 +244,7 @@ class OwnOdometryDataset final : public DatasetDecorator {
   RecordedGyroscope gyroscope_;  // without the samples once they are told
   std::vector<Pose> poses_;
   std::vector<Eigen::Matrix3d> slips_;
+  UpOfDrive up_;
   OdometryStatistics statistics_;
   Tally degenerate_;
   Tally lost_;

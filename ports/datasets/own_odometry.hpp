@@ -12,7 +12,8 @@ namespace unimapper::datasets {
 /// How scans get the poses of the own odometry.
 struct OwnOdometryOptions {
   /// Where the LiDAR is on the robot: poses are T_odometry_sensor with the robot at the first scan
-  /// as odometry frame. Of a LiDAR that is level at the start, the identity.
+  /// as odometry frame, but level where an accelerometer tells up. Of a LiDAR that is level at the
+  /// start, the identity.
   Pose T_base_lidar{};
   std::size_t most_scans = 0;  ///< the first so many; 0: all
   bool uses_times = true;      ///< of the points; false: scans are compensated
@@ -21,9 +22,10 @@ struct OwnOdometryOptions {
 };
 
 /// The first scans of the dataset with poses of `LidarOdometry`, which takes the place of its own.
-/// A gyroscope of the dataset helps; a note says so, and where it contradicts the scans.
-/// Reads all of them once: about as long as mapping takes. True poses stay. A note says where scans
-/// did not determine the motion. Throws DatasetError where the odometry lost most scans.
+/// A gyroscope of the dataset helps; a note says so, and where it contradicts the scans. So does an
+/// accelerometer: all poses are levelled by what it says of the whole drive, `up_sigma_deg` how
+/// well. Reads all of them once: about as long as mapping takes. True poses stay. A note says where
+/// scans did not determine the motion. Throws DatasetError where the odometry lost most scans.
 [[nodiscard]] std::unique_ptr<Dataset> with_own_odometry(std::unique_ptr<Dataset> dataset,
                                                          const OwnOdometryOptions& options);
 

@@ -94,6 +94,7 @@ py::array_t<T> vector_of(const py::object& object, const char* name) {
   return py::array_t<T, py::array::c_style | py::array::forcecast |
                             py::detail::npy_api::NPY_ARRAY_ALIGNED_>(array);
 }
+template py::array_t<double> vector_of(const py::object&, const char*);
 template py::array_t<float> vector_of(const py::object&, const char*);
 template py::array_t<std::int64_t> vector_of(const py::object&, const char*);
 template py::array_t<std::uint32_t> vector_of(const py::object&, const char*);

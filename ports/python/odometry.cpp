@@ -26,6 +26,11 @@ class LockedOdometry {
     const std::lock_guard lock(mutex_);
     return odometry_->add_scan(stamp_ns, points, time_s);
   }
+  void add_imu(std::int64_t stamp_ns, const Eigen::Vector3d& rad_s, const Eigen::Vector3d* m_s2) {
+    const std::lock_guard lock(mutex_);
+    require_ok(odometry_->add_angular_velocity(stamp_ns, rad_s));
+    if (m_s2 != nullptr) require_ok(odometry_->add_acceleration(stamp_ns, *m_s2));
+  }
   OdometryStatistics statistics() {
     const std::lock_guard lock(mutex_);
     return odometry_->statistics();
@@ -50,6 +55,22 @@ OdometryResult register_scan(LockedOdometry& odometry, std::int64_t stamp_ns,
   }
   const py::gil_scoped_release release;
   return odometry.add_scan(stamp_ns, scan.view, span_of(times));
+}
+
+Eigen::Vector3d three_of(const py::object& object, const char* name) {
+  const auto values = vector_of<double>(object, name);
+  if (values.size() != 3) {
+    throw py::value_error(std::string(name) + ": the shape is (3,)");
+  }
+  return {values.at(0), values.at(1), values.at(2)};
+}
+
+void add_imu_sample(LockedOdometry& odometry, std::int64_t stamp_ns, const py::object& rad_s,
+                    const py::object& m_s2) {
+  const Eigen::Vector3d angular = three_of(rad_s, "rad_s");
+  if (m_s2.is_none()) return odometry.add_imu(stamp_ns, angular, nullptr);
+  const Eigen::Vector3d acceleration = three_of(m_s2, "m_s2");
+  odometry.add_imu(stamp_ns, angular, &acceleration);
 }
 
 py::array_t<double> vector_array(const Eigen::Vector3d& v) {
@@ -90,7 +111,7 @@ void bind_odometry_result(py::module_& module) {
       .def_property_readonly(
           "T_odometry_sensor",
           [](const OdometryResult& r) { return array_of(r.T_odometry_sensor); },
-          "At the stamp: (4, 4) float64, metres; the first one is the identity.")
+          "At the stamp: (4, 4) float64, metres; the first one is the identity, or levelled.")
       .def_property_readonly(
           "velocity_m_s", [](const OdometryResult& r) { return vector_array(r.velocity_m_s); },
           "(3,) float64, in the sensor's frame.")
@@ -104,6 +125,11 @@ void bind_odometry_result(py::module_& module) {
       .def_property_readonly("weak_axes", &weak_axes_array,
                              "Directions that the scan does not determine: (K, 6) float64, a unit "
                              "vector of\ntranslation, then one of rotation, of which one is zero.")
+      .def_property_readonly(
+          "up", [](const OdometryResult& r) { return vector_array(r.up); },
+          "By the accelerometer: (3,) float64, a unit vector in the odometry frame.")
+      .def_readonly("up_sigma_rad", &OdometryResult::up_sigma_rad,
+                    "Its standard deviation in one direction; infinite where it is not known.")
       .def_property_readonly(
           "reason", [](const OdometryResult& r) { return std::string(r.reason); },
           "Why the state is not TRACKING, or empty.");
@@ -136,6 +162,11 @@ void bind_odometry(py::module_& module) {
            "points: (N, 3) or (N, 4) float32, metres in the sensor's frame; not copied.\n"
            "time_s: (N,) float32, seconds after the stamp, may be negative; None: the scan is\n"
            "  motion-compensated.")
+      .def("add_imu", &add_imu_sample, py::arg("stamp_ns"), py::arg("rad_s"),
+           py::arg("m_s2") = py::none(),
+           "Takes a sample of an IMU; tell all up to a scan's last point before that scan.\n\n"
+           "rad_s: (3,) float64, about the sensor's axes.  m_s2: (3,) float64, at rest 9.81 along\n"
+           "  up; None: none.")
       .def_property_readonly("statistics", &odometry_counts, "Counts since it was made.");
 }
 

@@ -159,7 +159,8 @@ void bind_recordings(py::module_& module) {
       [](const std::filesystem::path& path, const std::string& format, const std::string& sensor,
          const std::string& sequence, const std::optional<std::filesystem::path>& poses,
          bool own_odometry, std::size_t most_scans, const std::string& topic,
-         const std::string& odometry_topic, const std::string& deskew) {
+         const std::string& odometry_topic, const std::string& imu_topic,
+         const std::string& deskew) {
         OpenOptions options;
         options.format = format;
         options.sensor = sensor;
@@ -169,17 +170,18 @@ void bind_recordings(py::module_& module) {
         options.most_scans = most_scans;
         options.topic = topic;
         options.odometry_topic = odometry_topic;
+        options.imu_topic = imu_topic;
         options.deskew = deskew_named(deskew);
         return open_recording(path, options);
       },
       py::arg("path"), py::kw_only(), py::arg("format") = "auto", py::arg("sensor") = "",
       py::arg("sequence") = "", py::arg("poses") = py::none(), py::arg("own_odometry") = false,
       py::arg("most_scans") = 0, py::arg("topic") = "", py::arg("odometry_topic") = "",
-      py::arg("deskew") = "auto",
+      py::arg("imu_topic") = "", py::arg("deskew") = "auto",
       "Opens a folder or file of any format of docs/datasets.md; raises DatasetError.\n\n"
       "own_odometry: poses of the own odometry, also where others were recorded; it reads\n"
       "  all scans, or the first most_scans.\n"
-      "poses: a pose file.  topic, odometry_topic: in a bag.\n"
+      "poses: a pose file.  topic, odometry_topic, imu_topic (\"off\": none): in a bag.\n"
       "deskew: auto, on or off; whether points are moved to where they were at the stamp.");
   module.def("read_trajectory", &read_poses, py::arg("path"),
              "Stamps, (N,) int64 in ns (empty where the file has none), and poses, (N, 4, 4) "

@@ -145,8 +145,10 @@ void add_bags(CLI::App& command, SimulateOptions& options) {
                   "x,y,z,roll,pitch,yaw of the LiDAR on the bags' base_link, metres and degrees")
       ->needs(bag);
   command
-      .add_flag("--imu", options.has_imu,
-                "Write the angular velocity of base_link into the bags, too, with a bias and noise")
+      .add_flag(
+          "--imu", options.has_imu,
+          "Write angular velocity and acceleration of base_link into the bags, too, with biases "
+          "and noise")
       ->needs(bag);
 }
 

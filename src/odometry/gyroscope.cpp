@@ -6,16 +6,6 @@
 #include "motion.hpp"
 
 namespace unimapper::odometry {
-namespace {
-
-constexpr std::int64_t kLongestGap_ns = 50'000'000;  // longer ones hide a turn
-
-double seconds_between(std::int64_t from_ns, std::int64_t to_ns) noexcept {
-  return static_cast<double>(to_ns - from_ns) * 1e-9;
-}
-
-}  // namespace
-
 Error Gyroscope::add(std::int64_t stamp_ns, const Eigen::Vector3d& rad_s) noexcept {
   constexpr double kFastest_rad_s = 34.0;          // 2000 deg/s: where the usual ones saturate
   constexpr std::int64_t kLatest_ns = 1LL << 62U;  // so that no difference overflows

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <new>
 
+#include "accelerometer.hpp"
 #include "gyroscope.hpp"
 #include "local_map.hpp"
 #include "motion.hpp"
@@ -64,6 +65,10 @@ struct LidarOdometry::State {
   [[nodiscard]] std::int64_t time_ns(double after_stamp_s) const noexcept;
   void ask_gyroscope(double seconds) noexcept;
   bool turn_in_sweep(double after_middle_s, Eigen::Matrix3d& R_middle_then) const noexcept;
+  void ask_accelerometer(const Interval& interval) noexcept;
+  [[nodiscard]] bool is_up_known() const noexcept;
+  void level(double seconds) noexcept;
+  [[nodiscard]] OdometryResult levelled(const OdometryResult& in_map) const noexcept;
   [[nodiscard]] Pose ahead(const Interval& interval, double share = 1.0) const noexcept;
   [[nodiscard]] Expectation expected(const Interval& interval) const noexcept;
   [[nodiscard]] Registered track(const Interval& interval, const Pose& start) noexcept;
@@ -84,7 +89,7 @@ struct LidarOdometry::State {
   LidarOdometry odometry;
   LidarOdometryConfig config;
   OdometryStatistics statistics;
-  OdometryResult result;  // the last one
+  OdometryResult result;  // the last one, in the frame of the local map
 
   ScanThinning thinning;
   FixedVector<SourcePoint> source;
@@ -103,6 +108,12 @@ struct LidarOdometry::State {
   SweepTurns turns;         // of the scan at hand, likewise
   bool turns_known = false;
 
+  Accelerometer accelerometer;
+  Pose T_odometry_map;  // turns as drift of roll and pitch shows
+  bool has_first_up = false;
+  Eigen::Vector3d first_up;  // odometry frame
+  double first_up_sigma_rad = 0.0;
+
   std::int64_t stamp_ns = 0;  // of the last scan that was accepted
   double middle_s = 0.0;      // its points' mean time, after the stamp
   Pose T_odometry_middle;     // its pose then
@@ -119,6 +130,7 @@ void LidarOdometry::State::allocate(Arena& arena) noexcept {
   maps[0].allocate(arena, config.max_voxels, config.voxel_m);
   maps[1].allocate(arena, config.max_voxels / kFewerCoarse, kCoarseVoxels * config.voxel_m);
   gyroscope.allocate(arena);
+  accelerometer.allocate(arena);
   thinning.allocate(arena, config);
   source.allocate(arena, config.max_points);
   sample.allocate(arena, config.max_points / kSampledOneOf + 1);
@@ -237,6 +249,65 @@ bool LidarOdometry::State::turn_in_sweep(double after_middle_s,
       gyroscope.rotation(std::min(then_ns, middle_ns), std::max(then_ns, middle_ns), R_middle_then);
   if (then_ns < middle_ns) R_middle_then = Eigen::Matrix3d(R_middle_then.transpose());
   return is_known;
+}
+
+void LidarOdometry::State::ask_accelerometer(const Interval& interval) noexcept {
+  constexpr std::int64_t kLatest_ns = 1LL << 62U;  // so that no sum overflows
+  if (stamp_ns > kLatest_ns || stamp_ns < -kLatest_ns || interval.seconds > kLongestPrediction_s) {
+    accelerometer.lose(0.0);  // the pose is known, but no acceleration since the last one
+    return;
+  }
+  Accelerometer::Motion motion{interval.T_odometry_before, time_ns(middle_s - interval.seconds),
+                               T_odometry_middle, time_ns(middle_s)};
+  for (std::uint32_t i = 0; i < result.weak.count; ++i) {
+    const Eigen::Vector3d axis =
+        result.T_odometry_sensor.rotation * result.weak.axes.block<3, 1>(0, static_cast<int>(i));
+    motion.weak += axis * axis.transpose();
+    motion.is_rotation_weak = motion.is_rotation_weak || axis.isZero();
+  }
+  accelerometer.move(motion);
+  level(interval.seconds);
+}
+
+/// An IMU whose gyroscope contradicts the scans has other axes, or another clock.
+bool LidarOdometry::State::is_up_known() const noexcept {
+  return accelerometer.is_known() && !gyroscope.is_contradicted();
+}
+
+/// Takes back drift of roll and pitch: turns the odometry frame about the sensor, by what up has
+/// moved beyond two sigma since it was first known. Less may be the accelerometer's error, and a
+/// frame that was tilted from the start stays so: levelled later, the way would be bent.
+void LidarOdometry::State::level(double seconds) noexcept {
+  constexpr double kSettles_s = 5.0;
+  if (!is_up_known()) return;
+  const Eigen::Vector3d up = T_odometry_map.rotation * accelerometer.up();
+  const double sigma_rad = accelerometer.sigma_rad();
+  if (!has_first_up) {
+    has_first_up = true;
+    first_up = up;
+    first_up_sigma_rad = sigma_rad;
+  }
+  const double excess = (up - first_up).norm() - 2.0 * std::max(first_up_sigma_rad, sigma_rad);
+  const Eigen::Vector3d axis = up.cross(first_up);
+  if (!(excess > 0.0) || !(axis.norm() > 0.0)) return;
+  const double back_rad = std::min(1.0, seconds / kSettles_s) * excess;
+  const Eigen::Vector3d sensor_m = T_odometry_map * T_odometry_middle.translation;
+  T_odometry_map.rotation =
+      Eigen::Matrix3d(rotation_of(back_rad * axis.normalized()) * T_odometry_map.rotation);
+  T_odometry_map.translation = sensor_m - T_odometry_map.rotation * T_odometry_middle.translation;
+}
+
+OdometryResult LidarOdometry::State::levelled(const OdometryResult& in_map) const noexcept {
+  OdometryResult seen = in_map;
+  if (is_up_known()) {
+    seen.up = T_odometry_map.rotation * accelerometer.up();
+    seen.up_sigma_rad = accelerometer.sigma_rad();
+  }
+  seen.T_odometry_sensor = T_odometry_map * in_map.T_odometry_sensor;
+  Matrix6d to_odometry = Matrix6d::Identity();
+  to_odometry.topLeftCorner<3, 3>() = T_odometry_map.rotation;
+  seen.covariance = to_odometry * in_map.covariance * to_odometry.transpose();
+  return seen;
 }
 
 Expectation LidarOdometry::State::expected(const Interval& interval) const noexcept {
@@ -398,8 +469,10 @@ OdometryResult LidarOdometry::State::add_scan(std::int64_t now_ns, const PointVi
 }
 
 OdometryResult LidarOdometry::State::begin() noexcept {
+  result.T_odometry_sensor.rotation = accelerometer.begin(stamp_ns);
   keep_scan();
   begin_map({});
+  T_odometry_middle = T_odometry_first;
   result.covariance.setZero();
   result.reason = "the first scan shows no velocity";
   return result;
@@ -464,6 +537,7 @@ OdometryResult LidarOdometry::State::accept(const Registered& found, const Inter
     result.state = result.weak.count > 0 ? OdometryState::kDegenerate : OdometryState::kTracking;
     result.reason = reason_of(result.weak);
   }
+  ask_accelerometer(interval);
   return result;
 }
 
@@ -477,6 +551,7 @@ OdometryResult LidarOdometry::State::lose(const Pose& predicted, double seconds)
   result.velocity_m_s = velocity.linear_m_s;
   result.angular_velocity_rad_s = velocity.angular_rad_s;
   result.covariance = weak_motion.lose(seconds);
+  accelerometer.lose(std::min(seconds, kLongestPrediction_s));
   result.weak = {};
   result.state = OdometryState::kLost;
   result.reason = "the scan does not fit the local map";
@@ -533,12 +608,25 @@ Error LidarOdometry::add_angular_velocity(std::int64_t stamp_ns,
   return error;
 }
 
-OdometryResult LidarOdometry::add_scan(std::int64_t stamp_ns, const PointView& points,
-                                       std::span<const float> time_s) noexcept {
-  return state_->add_scan(stamp_ns, points, time_s);
+Error LidarOdometry::add_acceleration(std::int64_t stamp_ns, const Eigen::Vector3d& m_s2) noexcept {
+  const Error error = state_->accelerometer.add(stamp_ns, m_s2);
+  OdometryStatistics& statistics = state_->statistics;
+  ++(error.ok() ? statistics.accelerations : statistics.accelerations_refused);
+  return error;
 }
 
-const OdometryStatistics& LidarOdometry::statistics() const noexcept { return state_->statistics; }
+OdometryResult LidarOdometry::add_scan(std::int64_t stamp_ns, const PointView& points,
+                                       std::span<const float> time_s) noexcept {
+  return state_->levelled(state_->add_scan(stamp_ns, points, time_s));
+}
+
+const OdometryStatistics& LidarOdometry::statistics() const noexcept {
+  const Accelerometer& accelerometer = state_->accelerometer;
+  state_->statistics.updates_of_up = accelerometer.updates();
+  state_->statistics.updates_in_g = accelerometer.updates_in_g();
+  state_->statistics.updates_implausible = accelerometer.implausible();
+  return state_->statistics;
+}
 
 const LidarOdometryConfig& LidarOdometry::config() const noexcept { return state_->config; }
 

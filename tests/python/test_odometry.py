@@ -52,6 +52,18 @@ class Odometry(unittest.TestCase):
         with self.assertRaises(ValueError):
             unimapper.LidarOdometry(config)
 
+    def test_an_imu_levels_the_first_scan(self):
+        odometry = unimapper.LidarOdometry()
+        for i in range(50):
+            odometry.add_imu(i * 10_000_000, np.zeros(3), np.array([0.0, 6.0, 8.0]))
+        with self.assertRaises(ValueError):
+            odometry.add_imu(10**9, np.zeros(2))
+        with self.assertRaises(ValueError):
+            odometry.add_imu(0, np.zeros(3))
+        result = odometry.add_scan(490_000_000, drives.street())
+        np.testing.assert_allclose(result.T_odometry_sensor[2, :3], [0.0, 0.6, 0.8], atol=1e-12)
+        self.assertEqual(result.up_sigma_rad, np.inf)
+
     def test_threads_may_share_an_odometry(self):
         odometry = unimapper.LidarOdometry()
         accepted = []

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "unimapper/core/expected.hpp"
@@ -33,14 +34,18 @@ struct WeakAxes {
 struct [[nodiscard]] OdometryResult {
   Error error;  ///< `kOk`, or why the scan was refused: nothing has changed, the rest is as before
   OdometryState state = OdometryState::kStarting;  ///< what is known about the pose
-  Pose T_odometry_sensor;  ///< at the scan's stamp; the first accepted scan's is the identity
+  /// At the scan's stamp. The first accepted scan's is the identity, or levelled by accelerations.
+  Pose T_odometry_sensor;
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();            ///< in the sensor's frame
   Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();  ///< in the sensor's frame
   /// Of the motion since the scan before: translation along the odometry frame's axes (m²), then
   /// the rotation vector in the sensor's frame (rad²). Wide along weak axes, and where lost. Sums
   /// over scans are those of longer motions; while the odometry is lost they are too small.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  WeakAxes weak;            ///< of this scan
+  WeakAxes weak;                                  ///< of this scan
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< by the accelerometer, in the odometry frame
+  /// Standard deviation of `up` in one direction; infinite where it is not known.
+  double up_sigma_rad = std::numeric_limits<double>::infinity();
   const char* reason = "";  ///< why the state is not `kTracking`; static text, never null
 };
 
@@ -60,6 +65,11 @@ struct OdometryStatistics {
   std::uint64_t angular_velocities_refused = 0;  ///< not finite, too fast, or not later than before
   std::uint64_t scans_by_gyroscope = 0;          ///< whose rotation the gyroscope foretold
   std::uint64_t scans_against_gyroscope = 0;     ///< for which it was not used: scans contradict it
+  std::uint64_t accelerations = 0;               ///< accepted
+  std::uint64_t accelerations_refused = 0;  ///< not finite, too large, or not later than before
+  std::uint32_t updates_of_up = 0;          ///< by two seconds of accelerations each
+  std::uint32_t updates_in_g = 0;           ///< updates of up by samples in g, not in m/s²
+  std::uint32_t updates_implausible = 0;    ///< not made: their mean is no gravity in either unit
 };
 
 /// Registers each scan to a local map of those before. Bounded memory and loops: no heap, no locks,
@@ -94,6 +104,17 @@ class LidarOdometry {
   /// (`kInvalidPose`), and what is not later than the sample before (`kTimeReversed`). The last
   /// 1024 are kept. O(1).
   Error add_angular_velocity(std::int64_t stamp_ns, const Eigen::Vector3d& rad_s) noexcept;
+
+  /// Takes what the accelerometer of an IMU measured along the sensor's axes, by the clock of the
+  /// scans, to be told as above: specific forces, at rest 9.81 m/s² along up (those in g are taken
+  /// for what they are). Optional. Those of the second before the first scan level its pose. Later
+  /// ones, less the accelerations of the registered motion, tell up. By what it has drifted beyond
+  /// two sigma the odometry frame is turned back, slowly. Not used where the gyroscope is
+  /// contradicted.
+  ///
+  /// Refuses, counted and with nothing changed: what is not finite, or of 200 m/s² or more
+  /// (`kInvalidPose`), and what is not later than the sample before (`kTimeReversed`). O(1).
+  Error add_acceleration(std::int64_t stamp_ns, const Eigen::Vector3d& m_s2) noexcept;
 
   /// Counts since `create`.
   [[nodiscard]] const OdometryStatistics& statistics() const noexcept;

@@ -101,8 +101,9 @@ void read_samples(MessageSource& source, const Imu& imu, RecordedGyroscope& gyro
         ++left_out.without_velocity;
       } else {
         const std::int64_t stamp_ns = message.header.stamp_ns;
-        gyroscope.samples.push_back(
-            {stamp_ns != 0 ? stamp_ns : place.log_time_ns, *imu.R_lidar_imu * *message.rad_s});
+        gyroscope.samples.push_back({stamp_ns != 0 ? stamp_ns : place.log_time_ns,
+                                     *imu.R_lidar_imu * *message.rad_s,
+                                     *imu.R_lidar_imu * message.acceleration});
       }
     } catch (const DatasetError& error) {
       if (left_out.unreadable++ == 0) left_out.first_reason = error.what();

@@ -1,4 +1,4 @@
-// Angular velocities of a bag's IMU about the LiDAR's axes.
+// Angular velocities and accelerations of a bag's IMU, by the LiDAR's axes.
 #pragma once
 
 #include <string>

@@ -133,6 +133,11 @@ ImuMessage decode_imu(std::string_view bytes, Serialization serialization) {
   const Eigen::Vector3d rad_s = read_vector(reader);
   constexpr double kNone = -1.0;  // first of the covariance
   if (reader.number<double>() != kNone && rad_s.allFinite()) message.rad_s = rad_s;
+  for (int i = 1; i < 9; ++i) (void)reader.number<double>();
+  const Eigen::Vector3d acceleration = read_vector(reader);
+  if (reader.number<double>() != kNone && acceleration.allFinite()) {
+    message.acceleration = acceleration;
+  }
   return message;
 }
 

@@ -86,15 +86,17 @@ struct FixMessage {
 /// The fix of a message.
 FixMessage decode_fix(std::string_view bytes, Serialization serialization);
 
-/// What a gyroscope measured.
+/// What an IMU measured.
 struct ImuMessage {
   /// Stamp and the frame whose axes are meant.
   MessageHeader header;
   /// Empty where it is not finite, or the message says that it has none.
   std::optional<Eigen::Vector3d> rad_s;
+  /// In m/s² or g, at rest along up; zero where it is not finite, or there is none.
+  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
 };
 
-/// The angular velocity of a message of kind `kImu`.
+/// Angular velocity and acceleration of a message of kind `kImu`.
 ImuMessage decode_imu(std::string_view bytes, Serialization serialization);
 
 /// How the points of a topic are read: the same for all its messages, found in one of them.

@@ -174,6 +174,7 @@ FirstScans look_at_first_scans(const OnboardOptions& options, const datasets::Da
       std::min<std::size_t>({SurroundingsEstimator::kScans, options.scans, dataset.scan_count()});
   FirstScans first;
   first.copies = figures.copies;
+  first.up_sigma_deg = dataset.up_sigma_deg();
   first.recorded_points = figures.recorded_points;
   if (scans > 1) {
     const double lasted_ns =
@@ -204,6 +205,7 @@ PipelineConfig make_config(const OnboardOptions& options, const SensorModel& sen
     points =
         std::max(points, static_cast<std::uint32_t>(std::min<std::size_t>(wanted, 2 * points)));
   }
+  config.odometry.up_sigma_deg = static_cast<float>(first.up_sigma_deg);
   config.deferred = options.deferred;
   config.intensity = options.intensity || (options.publish.empty() && options.spool.empty());
   config.clock_ns = &steady_clock_ns;  // before the file is read: a budget in it needs a clock

@@ -43,6 +43,7 @@ struct FirstScans {
   std::string source;            ///< of the surroundings, for the user, e.g. "--surroundings"
   float extent_m = 0.0F;         ///< as in `SurroundingsEstimate`; 0: nothing was measured
   float scan_interval_s = 0.1F;  ///< between scans
+  double up_sigma_deg = 0.0;     ///< as of the dataset
   std::uint32_t columns = 0;     ///< of the sensor's mode; 0: as its data sheet says
   double copies = 1.0;           ///< how often points are published, as in `input::SensorFigures`
   std::size_t recorded_points = 0;  ///< of the fullest scan that was looked at, all

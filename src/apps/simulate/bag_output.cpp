@@ -1,5 +1,7 @@
 #include "src/apps/simulate/bag_output.hpp"
 
+#include <cmath>
+
 namespace unimapper::apps {
 namespace {
 
@@ -86,6 +88,29 @@ void BagOutput::write_odometry(const simulator::OdometrySample& sample, bool wit
   }
 }
 
+Eigen::Vector3d BagOutput::specific_force(const Pose& T_map_base, std::int64_t stamp_ns) {
+  constexpr double kGravity_m_s2 = 9.80665;
+  constexpr double kNoise_m_s2 = 0.05;
+  constexpr double kVibration_m_s2 = 1.0;  // amplitude, at 37 Hz
+  constexpr double kTurns_per_s = 37.0 * 2.0 * 3.14159265358979;
+  const Eigen::Vector3d bias_m_s2(0.06, -0.05, 0.04);
+  const Eigen::Vector3d moved_m = T_map_base.translation - last_true_pose_.translation;
+  const Eigen::Vector3d velocity_m_s =
+      moved_m / (1e-9 * static_cast<double>(stamp_ns - last_stamp_ns_));
+  const std::int64_t middle_ns = stamp_ns - (stamp_ns - last_stamp_ns_) / 2;
+  Eigen::Vector3d force(0.0, 0.0, kGravity_m_s2);
+  if (last_velocity_ns_ != 0) {
+    force += (velocity_m_s - last_velocity_m_s_) /
+             (1e-9 * static_cast<double>(middle_ns - last_velocity_ns_));
+  }
+  last_velocity_m_s_ = velocity_m_s;
+  last_velocity_ns_ = middle_ns;
+  force = Eigen::Vector3d(last_true_pose_.rotation.transpose() * force) + bias_m_s2;
+  for (double& value : force) value += kNoise_m_s2 * shaking_.gauss();
+  force.z() += kVibration_m_s2 * std::sin(kTurns_per_s * 1e-9 * static_cast<double>(middle_ns));
+  return force;
+}
+
 /// The mean since the last sample of the odometry, stamped with the middle of that time.
 void BagOutput::write_imu(const Pose& T_map_base, std::int64_t stamp_ns) {
   constexpr double kNoise_rad_s = 0.005;
@@ -95,6 +120,7 @@ void BagOutput::write_imu(const Pose& T_map_base, std::int64_t stamp_ns) {
   bags::Imu imu{{stamp_ns - since_ns / 2, "base_link"}, bias_rad_s};
   imu.angular_velocity += turned.angle() / (1e-9 * static_cast<double>(since_ns)) * turned.axis();
   for (double& value : imu.angular_velocity) value += kNoise_rad_s * noise_.gauss();
+  imu.linear_acceleration = specific_force(T_map_base, stamp_ns);
   for (Bag& bag : bags_) bag.writer->write(bag.imu, stamp_ns, imu);
 }
 

@@ -18,7 +18,8 @@ namespace unimapper::apps {
 /// - /odom: Odometry of base_link in odom, 100 Hz;
 /// - /tf: odom to base_link, 100 Hz, and map to odom, 10 Hz, which makes the truth of both;
 /// - /tf_static: base_link to lidar;
-/// - /imu, where asked for: angular velocity of base_link, 100 Hz, with a bias and noise.
+/// - /imu, where asked for: angular velocity and acceleration of base_link, 100 Hz, with
+///   biases, noise and vibration.
 class BagOutput {
  public:
   /// Writes OUT/drive.mcap, OUT/drive.bag or OUT/drive/ for each of `containers`. Throws BagError.
@@ -38,12 +39,17 @@ class BagOutput {
 
   void write_odometry(const simulator::OdometrySample& sample, bool with_truth);
 
+  /// What an accelerometer measures at the middle of the time since the last sample.
+  Eigen::Vector3d specific_force(const Pose& T_map_base, std::int64_t stamp_ns);
   void write_imu(const Pose& T_map_base, std::int64_t stamp_ns);
 
   std::vector<Bag> bags_;
   Pose T_base_lidar_;
   bool has_imu_;
   simulator::Random noise_{1};
+  simulator::Random shaking_{2};
+  Eigen::Vector3d last_velocity_m_s_ = Eigen::Vector3d::Zero();
+  std::int64_t last_velocity_ns_ = 0;
   std::vector<bags::CloudPoint> points_;
   std::int64_t last_stamp_ns_ = 0;
   Pose last_pose_;

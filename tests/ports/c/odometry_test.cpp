@@ -58,6 +58,9 @@ TEST_CASE("C's odometry has the bits of C++'s") {
       const Eigen::Vector3d same(rad_s[0], rad_s[1], rad_s[2]);
       CHECK(um_odometry_add_angular_velocity(block.odometry, stamp_ns, rad_s) == UM_OK);
       CHECK(created.value()->add_angular_velocity(stamp_ns, same).ok());
+      const double m_s2[3] = {0.1, 1.0, 9.7};
+      CHECK(um_odometry_add_acceleration(block.odometry, stamp_ns, m_s2) == UM_OK);
+      CHECK(created.value()->add_acceleration(stamp_ns, {0.1, 1.0, 9.7}).ok());
     }
     um_odometry_result c;
     REQUIRE(um_odometry_add_scan(block.odometry, &points, nullptr, i * kPeriod_ns, &c) == UM_OK);
@@ -70,6 +73,11 @@ TEST_CASE("C's odometry has the bits of C++'s") {
     CHECK(c.angular_velocity_rad_s[2] == cpp.angular_velocity_rad_s.z());
     CHECK(c.covariance[6 * 5 + 4] == cpp.covariance(5, 4));
     CHECK(c.weak_axis_count == cpp.weak.count);
+    double up[3];
+    double sigma_rad = 0.0;
+    REQUIRE(um_odometry_up(block.odometry, up, &sigma_rad) == UM_OK);
+    CHECK(up[1] == cpp.up.y());
+    CHECK(sigma_rad == cpp.up_sigma_rad);
     CHECK(std::string(c.reason) == cpp.reason);
     double slip[9];
     c.state = UM_ODOMETRY_LOST;

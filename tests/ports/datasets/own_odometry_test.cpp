@@ -46,12 +46,13 @@ double error_m(const Dataset& dataset, int scan) {
 /// and what its gyroscope says, times a factor.
 class Swing : public Dataset {
  public:
-  explicit Swing(double factor = 1.0) : factor_(factor) {}
+  explicit Swing(double factor = 1.0, const Eigen::Vector3d& force = Eigen::Vector3d::Zero())
+      : factor_(factor), force_(force) {}
 
   static double yaw_rad(double time_s) {
     return time_s < 0.5 ? 0.0 : 0.26 * (1.0 - std::cos(4.0 * 3.14159265 * (time_s - 0.5)));
   }
-  [[nodiscard]] std::size_t scan_count() const override { return 14; }
+  [[nodiscard]] std::size_t scan_count() const override { return force_.isZero() ? 14 : 24; }
   void read_scan(std::size_t i, Scan& scan) const override {
     const test::SweptScan sweep = test::sweep(test::hall(), [i](double after_s) {
       return test::level(0.0, 0.0, yaw_rad(0.1 * static_cast<double>(i) + after_s));
@@ -71,17 +72,19 @@ class Swing : public Dataset {
   [[nodiscard]] RecordedGyroscope gyroscope() const override {
     RecordedGyroscope gyroscope;
     gyroscope.description = "/imu";
-    for (int i = -40; factor_ != 0.0 && i < 400; ++i) {
+    for (int i = -40; factor_ != 0.0 && i < 500; ++i) {
       const double time_s = 0.005 * i;
       const double yaw_rad_s = (yaw_rad(time_s + 1e-3) - yaw_rad(time_s - 1e-3)) / 2e-3;
       gyroscope.samples.push_back(
-          {std::int64_t{5'000'000} * (i + 200), factor_ * yaw_rad_s * Eigen::Vector3d::UnitZ()});
+          {std::int64_t{5'000'000} * (i + 200), factor_ * yaw_rad_s * Eigen::Vector3d::UnitZ(),
+           test::level(0.0, 0.0, yaw_rad(time_s)).rotation.transpose() * force_});
     }
     return gyroscope;
   }
 
  private:
   double factor_;
+  Eigen::Vector3d force_;
   Pose pose_;
 };
 
@@ -117,6 +120,20 @@ TEST_CASE("the own odometry takes a gyroscope, up to the last point of each scan
 
 TEST_CASE("a gyroscope that contradicts the scans is not used, with a warning") {
   CHECK_THAT(run(-1.0).notes, Contains("! gyroscope: /imu contradicts"));
+}
+
+TEST_CASE("an accelerometer levels all poses, in g too, and the dataset tells how well") {
+  // A hall that leans by 30 degrees.
+  const Eigen::Vector3d up(0.0, 0.5, std::sqrt(0.75));
+  const auto dataset = with_own_odometry(std::make_unique<Swing>(1.0, 9.81 * up), {});
+  CHECK((dataset->pose(0).rotation * up).z() > 0.995);
+  CHECK(dataset->up_sigma_deg() >= 1.0);
+  CHECK_THAT(notes_text(*dataset), Contains("accelerometer: /imu tells up to "));
+  const auto in_g = with_own_odometry(std::make_unique<Swing>(1.0, up), {});
+  CHECK_THAT(notes_text(*in_g), Contains("! accelerometer: /imu is in g, not in m/s²"));
+  const auto wrong = with_own_odometry(std::make_unique<Swing>(1.0, 3.0 * up), {});
+  CHECK_THAT(notes_text(*wrong), Contains("stretches of 2 s are not used"));
+  CHECK(wrong->up_sigma_deg() == 0.0);
 }
 
 TEST_CASE("a recording without poses has those of the own odometry") {

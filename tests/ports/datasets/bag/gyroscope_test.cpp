@@ -85,6 +85,19 @@ TEST_CASE("a gyroscope elsewhere on the robot is turned to the LiDAR's axes") {
   CHECK(gyroscope.samples[0].rad_s.isApprox(Eigen::Vector3d(-0.2, 0.1, 0.3)));
 }
 
+TEST_CASE("accelerations are turned likewise, and those that a message says it lacks are zero") {
+  const auto message = [](std::int64_t after_ns, double first_covariance) {
+    return imu_message(kEncoding, kStart_ns + after_ns, kTurn_rad_s, "imu_link", 0.0,
+                       {1.0, 2.0, 9.0}, first_covariance);
+  };
+  Bag bag;
+  bag.imu("/imu", {message(1, 0.0), message(2, -1.0)}).fixed("lidar", "imu_link");
+  const RecordedGyroscope imu = bag.gyroscope();
+  REQUIRE(imu.samples.size() == 2);
+  CHECK(imu.samples[0].acceleration.isApprox(Eigen::Vector3d(-2.0, 1.0, 9.0)));
+  CHECK(imu.samples[1].acceleration.isZero(0.0));
+}
+
 TEST_CASE("a gyroscope whose axes nothing tells is named and not used") {
   Bag bag;
   bag.imu("/imu", "imu_link");

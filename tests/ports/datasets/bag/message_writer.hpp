@@ -113,7 +113,9 @@ inline std::string fix_message(Encoding encoding, std::int64_t stamp_ns, const F
 /// sensor_msgs/Imu without an orientation; `first_covariance` is -1 without angular velocity.
 inline std::string imu_message(Encoding encoding, std::int64_t stamp_ns,
                                const Eigen::Vector3d& rad_s, std::string_view frame = "lidar",
-                               double first_covariance = 0.0) {
+                               double first_covariance = 0.0,
+                               const Eigen::Vector3d& acceleration = Eigen::Vector3d::Zero(),
+                               double first_of_acceleration = 0.0) {
   MessageWriter writer(encoding);
   writer.header(stamp_ns, frame);
   for (int i = 0; i < 4; ++i) writer.number(0.0);
@@ -121,7 +123,10 @@ inline std::string imu_message(Encoding encoding, std::int64_t stamp_ns,
   for (int i = 1; i < 9; ++i) writer.number(0.0);
   for (const double value : rad_s) writer.number(value);
   writer.number(first_covariance);
-  for (int i = 1; i < 9 + 3 + 9; ++i) writer.number(0.0);
+  for (int i = 1; i < 9; ++i) writer.number(0.0);
+  for (const double value : acceleration) writer.number(value);
+  writer.number(first_of_acceleration);
+  for (int i = 1; i < 9; ++i) writer.number(0.0);
   return writer.bytes();
 }
 
