@@ -30,6 +30,8 @@ Replay::Replay(const datasets::Dataset& dataset, Pipeline& pipeline, const Repla
       pipeline_(pipeline),
       options_(options),
       outputs_(outputs),
+      intensity_(pipeline.config().intensity ? datasets::IntensityScale(dataset)
+                                             : datasets::IntensityScale()),
       // Faster than real time, encoding may be waited for; in real time it must not.
       encoding_(options.session,
                 {.room = room_for(pipeline.config()), .drop_when_full = options.realtime},

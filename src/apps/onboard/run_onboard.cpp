@@ -79,7 +79,7 @@ void enlarge_capacity_for(const std::vector<EarlierSession>& earlier, std::size_
 
 std::string describe_run(const OnboardOptions& options, const RunFolder& folder,
                          const SessionId& id, const SensorModel& sensor,
-                         const PipelineConfig& config) {
+                         const PipelineConfig& config, const datasets::Dataset& recording) {
   const std::string hash = fmt::format("{:016x}", stable_hash(dump_config(config)));
   fs::path dataset = fs::absolute(options.dataset).lexically_normal();
   if (dataset.filename().empty()) dataset = dataset.parent_path();
@@ -93,6 +93,9 @@ std::string describe_run(const OnboardOptions& options, const RunFolder& folder,
   json["config_hash"] = hash;
   json["unimapper_version"] = UNIMAPPER_VERSION;
   json["keyframe_schema"] = wire::kKeyframeSchema;
+  if (config.intensity) {
+    json["intensity_range"] = datasets::IntensityScale(recording).range();
+  }
   return json.dump(2) + "\n";
 }
 
@@ -351,7 +354,8 @@ void run_onboard(const OnboardOptions& options) {
             name, std::string(sensor.model.name)};
   };
   SessionInfo info = info_of(0);
-  const std::string description = describe_run(options, folder, info.id, sensor.model, config);
+  const std::string description =
+      describe_run(options, folder, info.id, sensor.model, config, *dataset);
   Progress progress("onboard", scans);
   progress.note("sensor " + info.sensor + " (" + sensor.source + ")");
   progress.note("surroundings " + std::string(surroundings_name(first.surroundings)) + " (" +
