@@ -1,6 +1,8 @@
 // Tests of coordinate systems and of what is written of them.
 #include "src/apps/map/projection.hpp"
 
+#include <cstdlib>
+
 #include "tests/apps/project.hpp"
 
 using namespace unimapper;
@@ -90,6 +92,15 @@ TEST_CASE("what is no system of east and north in metres is refused with a remed
   }
 }
 
+TEST_CASE("without PROJ's database a coordinate system is refused with the remedy",
+          "[projection]") {
+  const TemporaryDirectory empty;
+  REQUIRE(setenv("PROJ_DATA", empty.path().c_str(), 1) == 0);
+  CHECK_THROWS_WITH(Projection("EPSG:25832"), Contains("need PROJ's database: install proj-data"));
+  unsetenv("PROJ_DATA");
+  CHECK_NOTHROW(Projection("EPSG:25832"));
+}
+
 TEST_CASE("coordinates far from where a system is used are doubted", "[projection]") {
   const Projection utm("EPSG:25832");
   CHECK(utm.doubt({686121.0, 5330438.0, 0.0}).empty());
@@ -129,6 +140,20 @@ TEST_CASE("a project remembers its coordinate system, and exports write it", "[p
   CHECK(project.show()["crs"] == "EPSG:2154");
   project.done({"undo"});
   CHECK(project.show()["crs"] == "EPSG:25832");
+}
+
+TEST_CASE("keyframes that name a position in a run of several sessions are refused",
+          "[projection]") {
+  const Project project;
+  const fs::path run = project.run("a", 12);
+  const fs::path log = run / "keyframes.lcmlog";
+  write_text(log, read_text(log) + read_text(fs::path(project.run("b", 12)) / "keyframes.lcmlog"));
+  write_text(run / "positions.csv",
+             "keyframe,latitude,longitude,height,sigma_xy,sigma_z\n1,48.1,11.5,520,0.5,1\n");
+  check_fails(
+      run_unimapper({"merge", run, "--crs", "EPSG:25832", "--allow-unconnected", "--out",
+                     project.directory / "map"}),
+      "positions.csv: the run has 2 sessions, each with such keyframes: name stamps instead", 1);
 }
 
 TEST_CASE("a merge is placed by the positions beside its runs", "[projection]") {
