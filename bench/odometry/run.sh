@@ -42,18 +42,19 @@ simulated() {
   rm -rf "$folder"
 }
 
-# swaying DEGREES SCENE LIDAR: absolute error without and with a gyroscope
+# swaying DEGREES SCENE LIDAR: absolute errors without, with a gyroscope and with an IMU; that of up
 swaying() {
   local folder=$out/$2-$3-$seed
   rm -rf "$folder"
   mkdir -p "$out"
   "$bin/unimapper" simulate --scene "$2" --sensor "$3" --seed "$seed" --scans "$scans" --drift none \
-    --distortion --sway "$1@1" --bag mcap --out "$folder" >/dev/null 2>&1
-  for gyroscope in "" gyroscope; do
+    --distortion --sway "$1@1" --bag mcap --imu --out "$folder" >/dev/null 2>&1
+  for imu in "" gyroscope imu; do
     # shellcheck disable=SC2086
-    "$bin/odometry_bench" "$folder/drive.mcap" $gyroscope
-  done | awk '{ for (i = 1; i < NF; i += 2) if ($i == "ate_m") ate[NR] = $(i + 1) }
-    END { printf "%.3f | %.3f\n", ate[1], ate[2] }'
+    "$bin/odometry_bench" "$folder/drive.mcap" $imu
+  done | awk '{ for (i = 1; i < NF; i += 2) v[NR, $i] = $(i + 1) }
+    END { printf "%.3f | %.3f, %.3f | %.1f, %.1f (%.1f)\n", v[1, "ate_m"], v[2, "ate_m"],
+      v[3, "ate_m"], v[1, "up_off_deg"], v[3, "up_off_deg"], v[3, "up_sigma_deg"] }'
   rm -rf "$folder"
 }
 
@@ -80,15 +81,16 @@ simulated_table() {
 
 gyroscope_table() {
   local degrees scene lidar
-  echo "| with a gyroscope | ATE without, m | with, m |"
-  rule 3
+  echo "| with a gyroscope, and an accelerometer | ATE without, m | with, m | up off without, with (sigma), ° |"
+  rule 4
   while read -r degrees scene lidar; do
-    row "\`$scene\`, $(lidar "$lidar"), sway of $degrees°" 2 swaying "$degrees" "$scene" "$lidar"
+    row "\`$scene\`, $(lidar "$lidar"), sway of $degrees°" 3 swaying "$degrees" "$scene" "$lidar"
   done <<<"1 town vlp-16
 6 town vlp-16
 6 town hdl-64e
 10 campus vlp-16
 6 hall vlp-16
+1 convoy vlp-16
 1 campus livox-avia"
 }
 
