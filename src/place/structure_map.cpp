@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <utility>
 
 #include "cell_steps.hpp"
@@ -35,19 +36,28 @@ void make_kernel(float sigma_m, float step_m, SmoothingKernel& kernel) noexcept 
   for (std::int32_t k = 0; k <= kernel.radius; ++k) kernel.weight[k] = weights[passes + k];
 }
 
+using Floats = float __attribute__((vector_size(16)));
+
+Floats load(const float* from) noexcept {
+  Floats floats;
+  std::memcpy(&floats, from, sizeof floats);
+  return floats;
+}
+
 // Weighted sum of each of a block's values with their neighbours `stride` apart. Constant radius
-// and length let the compiler keep a block's sums in vector registers.
+// lets the compiler keep a block's sums in two vector registers.
 template <std::int32_t kRadius>
 void convolve(const float* in, float* out, std::int32_t stride, const float* weight) noexcept {
-  constexpr std::int32_t kBlock = 8;
-  float sum[kBlock];
-  for (std::int32_t j = 0; j < kBlock; ++j) sum[j] = weight[0] * in[j];
+  Floats low = weight[0] * load(in);
+  Floats high = weight[0] * load(in + 4);
   for (std::int32_t k = 1; k <= kRadius; ++k) {
     const float* before = in - k * stride;
     const float* after = in + k * stride;
-    for (std::int32_t j = 0; j < kBlock; ++j) sum[j] += weight[k] * (before[j] + after[j]);
+    low += weight[k] * (load(before) + load(after));
+    high += weight[k] * (load(before + 4) + load(after + 4));
   }
-  for (std::int32_t j = 0; j < kBlock; ++j) out[j] = sum[j];
+  std::memcpy(out, &low, sizeof low);
+  std::memcpy(out + 4, &high, sizeof high);
 }
 
 using Convolution = void (*)(const float*, float*, std::int32_t, const float*);
