@@ -64,7 +64,9 @@ void visit_rows(const Block& block, std::uint64_t some, const Visit& visit) noex
   if (some == 0) return;
   const std::uint64_t before = lowest_bit(some) - 1U;
   const std::uint64_t until = ~std::uint64_t{0} >> std::countl_zero(some);
-  std::uint32_t row = block.first + popcount(block.occupied & before);
+  // Most often it is all that the block has.
+  std::uint32_t row = block.first;
+  if ((block.occupied & before) != 0) row += popcount(block.occupied & before);
   for (std::uint64_t left = block.occupied & until & ~before; left != 0; ++row, left &= left - 1) {
     const std::uint64_t cell = lowest_bit(left);
     if ((some & cell) != 0) visit(cell, row);

@@ -9,6 +9,8 @@
 namespace unimapper::onboard {
 namespace {
 
+using Lanes = float __attribute__((vector_size(16)));
+
 VoxelIndex voxel_of(const VoxelIndex& cell, std::int32_t cells_per_voxel) noexcept {
   return {floor_divide(cell.x, cells_per_voxel), floor_divide(cell.y, cells_per_voxel),
           floor_divide(cell.z, cells_per_voxel)};
@@ -123,19 +125,32 @@ void CoarseVoxels::add_cells(const CellTable& cells, const Block& block, std::ui
   }
   const Eigen::Vector3f corner = corner_of(index, cells.grid().voxel_size_m());
   CoarseVoxel& voxel = map_[entry];
+  // In registers while cells are added: x, y and z of a moment are lanes.
+  const Lanes lower = {corner.x(), corner.y(), corner.z(), 0.0F};
+  Lanes sum = {voxel.sum.x(), voxel.sum.y(), voxel.sum.z(), voxel.weight};
+  Lanes xx_xy_yy = {voxel.squares(0, 0), voxel.squares(0, 1), voxel.squares(1, 1), 0.0F};
+  Lanes xz_yz_zz = {voxel.squares(0, 2), voxel.squares(1, 2), voxel.squares(2, 2), 0.0F};
+  std::uint32_t all_points = voxel.points;
   visit_rows(block, some, [&](std::uint64_t, std::uint32_t row) noexcept {
     if (kNotes) of_row_[row] = entry;
     const auto points = static_cast<float>(cells.points(row));
-    const float weight = points * points;
-    const Eigen::Vector3f local = cells.position(row) - corner;
-    const Eigen::Vector3f weighted = local * weight;
-    voxel.sum += weighted;
-    for (int j = 0; j < 3; ++j) {
-      for (int i = 0; i <= j; ++i) voxel.squares(i, j) += weighted(i) * local(j);
-    }
-    voxel.weight += weight;
-    voxel.points += cells.points(row);
+    const Lanes local = Lanes{cells.x()[row], cells.y()[row], cells.z()[row], 1.0F} - lower;
+    const Lanes weighted = local * (points * points);
+    sum += weighted;
+    xx_xy_yy += Lanes{weighted[0], weighted[0], weighted[1], 0.0F} *
+                Lanes{local[0], local[1], local[1], 0.0F};
+    xz_yz_zz += weighted * local[2];
+    all_points += cells.points(row);
   });
+  voxel.sum = {sum[0], sum[1], sum[2]};
+  voxel.weight = sum[3];
+  voxel.squares(0, 0) = xx_xy_yy[0];
+  voxel.squares(0, 1) = xx_xy_yy[1];
+  voxel.squares(1, 1) = xx_xy_yy[2];
+  voxel.squares(0, 2) = xz_yz_zz[0];
+  voxel.squares(1, 2) = xz_yz_zz[1];
+  voxel.squares(2, 2) = xz_yz_zz[2];
+  voxel.points = all_points;
 }
 
 void CoarseVoxels::find_plane(CoarseVoxel& voxel, const Eigen::Vector3f& corner) const noexcept {

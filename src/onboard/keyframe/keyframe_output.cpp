@@ -9,6 +9,10 @@
 namespace unimapper::onboard {
 namespace {
 
+using Lanes = float __attribute__((vector_size(16)));
+
+Lanes lanes(const Eigen::Vector3f& v) noexcept { return Lanes{v.x(), v.y(), v.z(), 0.0F}; }
+
 std::uint16_t saturated(std::uint32_t points) noexcept {
   return static_cast<std::uint16_t>(std::min(points, 65535U));
 }
@@ -39,7 +43,7 @@ void KeyframeOutput::begin(const BlockWindow& window, const CellTable& cells,
   std::swap(cells_, cells_before_);
   static_count_ = 0;
   dynamic_count_ = 0;
-  set_dynamic_from(entries_, kAboveCell);
+  std::fill_n(dynamic_from_, entries_ / 2 + 1, kAboveCell | kAboveCell << 16U);
   feet_.find(window, cells);
   loop_.begin();
 }
@@ -80,8 +84,11 @@ KeyframeOutput::Ends KeyframeOutput::add_blocks(Slice some, std::uint32_t dynami
 KeyframeOutput::Ends KeyframeOutput::add_block(std::uint32_t b, Ends ends,
                                                const BlockWindow& window, const CellTable& cells,
                                                const CoarseVoxels& voxels) noexcept {
-  const Eigen::Matrix3f r = R_keyframe_grid_;
-  const Eigen::Vector3f t = t_keyframe_grid_;
+  // Columns of the rotation: summed up in the order in which Eigen multiplies.
+  const Lanes x = lanes(R_keyframe_grid_.col(0));
+  const Lanes y = lanes(R_keyframe_grid_.col(1));
+  const Lanes z = lanes(R_keyframe_grid_.col(2));
+  const Lanes t = lanes(t_keyframe_grid_);
   const Block& block = cells.blocks()[b];
   const CellMarks& marks = cells.marks(b);
   const std::uint64_t feet = feet_.cells_of(b, marks);
@@ -91,13 +98,16 @@ KeyframeOutput::Ends KeyframeOutput::add_block(std::uint32_t b, Ends ends,
     const bool dynamic = (marks.dynamic & cell) != 0;
     const std::uint8_t intensity =
         intensities_ == nullptr ? std::uint8_t{0} : intensities_[cells.entry(row)].mean();
+    const Lanes p = x * cells.x()[row] + (y * cells.y()[row] + z * cells.z()[row]) + t;
     FineCell& made = dynamic ? *--ends.last_dynamic : *ends.next_static++;
-    made = {r * cells.position(row) + t, saturated(cells.points(row)),
-            static_cast<std::uint8_t>((marks.ground & cell) != 0), intensity};
-    std::uint32_t from = kAboveCell;
-    if (dynamic) from = ground_level_in_cell(ground_, voxels, cells, row);
-    if ((feet & cell) != 0) from = feet_.level_in_cell(window, voxels, cells, row);
-    set_dynamic_from(cells.entry(row), from);
+    made = {{p[0], p[1], p[2]},
+            saturated(cells.points(row)),
+            static_cast<std::uint8_t>((marks.ground & cell) != 0),
+            intensity};
+    if (((marks.dynamic | feet) & cell) == 0) continue;
+    set_dynamic_from(cells.entry(row), (feet & cell) != 0
+                                           ? feet_.level_in_cell(window, voxels, cells, row)
+                                           : ground_level_in_cell(ground_, voxels, cells, row));
   }
   return ends;
 }
