@@ -113,10 +113,16 @@ class BlockWindow {
   [[nodiscard]] std::uint32_t entry(std::uint32_t number) const noexcept {
     return entry_of(number);
   }
-  /// Cells of a block that were occupied `age` keyframes ago, 0 being the current one.
-  [[nodiscard]] std::uint64_t occupied_entry(std::uint32_t entry,
-                                             std::uint32_t age) const noexcept {
-    return history_[entry * std::size_t{slots_} + slot(age)];
+  /// Cells of a block that were occupied from `first` to below `end` keyframes ago, 0 being the
+  /// current one: as many words.
+  void occupied_entry(std::uint32_t entry, std::uint32_t first, std::uint32_t end,
+                      std::uint64_t* words) const noexcept {
+    const std::uint64_t* const history = history_ + entry * std::size_t{slots_};
+    std::uint32_t at = slot(first);
+    for (std::uint32_t age = first; age < end; ++age) {
+      *words++ = history[at];
+      at = (at == 0 ? slots_ : at) - 1;
+    }
   }
 
   /// Number of the current keyframe since the beginning, and how long ago another one was.

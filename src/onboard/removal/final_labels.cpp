@@ -253,9 +253,7 @@ void FinalLabels::add(const BlockWindow& blocks, std::uint32_t open_block, const
   const VoxelIndex index = block.index();
   const std::uint32_t entry = block.entry();
   std::uint64_t occupied_later[RemovalConfig::kMaxWindow + 1];
-  for (std::uint32_t later = latest_age; later < age; ++later) {
-    occupied_later[later - latest_age] = blocks.occupied_entry(entry, later);
-  }
+  blocks.occupied_entry(entry, latest_age, age, occupied_later);
   const CellCounts occupied({occupied_later, age - latest_age});
   for (std::uint64_t left = block.dynamic | block.open; left != 0; left &= left - 1) {
     const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
