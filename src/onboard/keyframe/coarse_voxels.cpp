@@ -11,9 +11,14 @@ namespace {
 
 using Lanes = float __attribute__((vector_size(16)));
 
+// Without integer divisions, which are slow. Exact: an index has at most 21 bits, and the middle of
+// a cell lies half a cell from where voxels begin.
 VoxelIndex voxel_of(const VoxelIndex& cell, std::int32_t cells_per_voxel) noexcept {
-  return {floor_divide(cell.x, cells_per_voxel), floor_divide(cell.y, cells_per_voxel),
-          floor_divide(cell.z, cells_per_voxel)};
+  const float per_cell = 1.0F / static_cast<float>(cells_per_voxel);
+  const auto voxel = [per_cell](std::int32_t axis) {
+    return floor_of_bounded((static_cast<float>(axis) + 0.5F) * per_cell);
+  };
+  return {voxel(cell.x), voxel(cell.y), voxel(cell.z)};
 }
 
 Eigen::Vector3f corner_of(const VoxelIndex& voxel, float size_m) noexcept {
