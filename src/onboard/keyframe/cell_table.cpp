@@ -68,6 +68,7 @@ std::uint32_t CellTable::add_block(const CellStore& cells, std::uint32_t from, s
   const Block block{cells.occupied()[from], cells.index(from), row};
   blocks_[b] = block;
   marks_[b] = {};
+  const float cell_size_m = grid_.cell_size_m;
   const VoxelIndex corner = cell_in(block.index, 0);
   const Lanes lower = {static_cast<float>(corner.x), static_cast<float>(corner.y),
                        static_cast<float>(corner.z), 0.0F};
@@ -77,8 +78,8 @@ std::uint32_t CellTable::add_block(const CellStore& cells, std::uint32_t from, s
     const CellSums& sums = cells[entry];
     // As `mean_of`, all axes at a time.
     const float inverse = 1.0F / static_cast<float>(sums.points);
-    const Lanes mean = (lower + kCellOfBlock[bit] + Lanes{sums.x, sums.y, sums.z, 0.0F} * inverse) *
-                       grid_.cell_size_m;
+    const Lanes mean =
+        (lower + kCellOfBlock[bit] + Lanes{sums.x, sums.y, sums.z, 0.0F} * inverse) * cell_size_m;
     entry_[row] = entry;
     x_[row] = mean[0];
     y_[row] = mean[1];

@@ -84,8 +84,8 @@ class BlockWindow {
     const std::int32_t y = static_cast<std::int32_t>((at >> 2U) & 3U) + offset.y;
     const std::int32_t z = static_cast<std::int32_t>((at >> 4U) & 3U) + offset.z;
     const Tile* tile = tiles_ + (at >> 6U);
-    const std::int32_t around = ((x + 4) >> 2) + 3 * ((y + 4) >> 2) + 9 * ((z + 4) >> 2);
-    if (around != kCenter) {
+    if (((x | y | z) & ~3) != 0) {
+      const std::int32_t around = ((x + 4) >> 2) + 3 * ((y + 4) >> 2) + 9 * ((z + 4) >> 2);
       const std::uint32_t other = tile->around[around];
       if (other == kNone) return kNone;
       tile = tiles_ + other;
@@ -161,7 +161,6 @@ class BlockWindow {
   static constexpr std::uint32_t kEdgeBits = 2;
   static constexpr std::uint32_t kBlocks = 64;
   static constexpr std::uint32_t kAround = 27;
-  static constexpr std::int32_t kCenter = 13;
 
   struct Tile {
     VoxelKey key;
