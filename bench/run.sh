@@ -59,6 +59,9 @@ times() {
       }
     }' "$out/latency-$1.md"
 }
+removal_and_description() {
+  awk "BEGIN { print $(times "$1" removal p50) + $(times "$1" description p50) }"
+}
 megabytes() { awk '/^[0-9]+ MB[.]$/ { printf "%s", $1 }' "$out/latency-$1.md"; }
 
 # ---------------------------------------------------------------------------------------------
@@ -67,10 +70,12 @@ megabytes() { awk '/^[0-9]+ MB[.]$/ { printf "%s", $1 }' "$out/latency-$1.md"; }
 # latency NAME DATASET SENSOR [ARGS]: percentiles per stage as latency-NAME.md
 latency() { only_layout || "$bin/latency" "${@:2}" --there-and-back >"$out/latency-$1.md"; }
 
-# both_modes NAME DATASET SENSOR: latency at once, and as NAME-deferred with deferred work
-both_modes() {
+# all_modes NAME DATASET SENSOR: latency at once, as NAME-deferred with deferred work, and as
+# NAME-two with two workers
+all_modes() {
   latency "$@"
   latency "$1-deferred" "$2" "$3" --deferred
+  latency "$1-two" "$2" "$3" --workers 2
 }
 
 simulate() {  # simulate SENSOR SCANS SEED FOLDER
@@ -105,13 +110,13 @@ run_cells() {
 street_rows() {
   local data="$out/data/os2-128" dense="$out/data/os2-128-dense"
   simulate os2-128 "$scans" "$seed" "$data"
-  both_modes os2-128 "$data" os2-128
+  all_modes os2-128 "$data" os2-128
   row "$(title os2-128)" 7 run_cells os2-128 "$data"
   latency os2-128-paper-preset "$data" os2-128 --preset paper
   row "$(title os2-128), paper's preset" 7 run_cells os2-128-paper-preset "$data" --preset paper
   smaller_computers os2-128 "$data"
   simulate os2-128 "$scans" "$dense_seed" "$dense"
-  both_modes os2-128-dense "$dense" os2-128
+  all_modes os2-128-dense "$dense" os2-128
   row "$(title os2-128-dense)" 7 run_cells os2-128-dense "$dense"
   rm -rf "$dense/scans"
 }
@@ -121,7 +126,7 @@ lidar_rows() {
   for sensor in $sensors; do
     data="$out/data/$sensor"
     simulate "$sensor" $((scans / 2)) "$seed" "$data"
-    both_modes "$sensor" "$data" "$sensor"
+    all_modes "$sensor" "$data" "$sensor"
     row "$(title "$sensor")" 7 run_cells "$sensor" "$data"
     [ "$sensor" != vlp-16 ] || smaller_computers vlp-16 "$data"
     rm -rf "$data/scans"
@@ -131,13 +136,13 @@ lidar_rows() {
 recorded_rows() {
   local folder=
   only_layout || folder=$(sh "$recordings/unpack.sh" "$out/recordings")
-  both_modes kitti_0005a "$folder/kitti_0005a" hdl-64e
+  all_modes kitti_0005a "$folder/kitti_0005a" hdl-64e
   row "$(title kitti_0005a)" 7 run_cells kitti_0005a "$folder/kitti_0005a"
   latency kitti_0005a-paper-preset "$folder/kitti_0005a" hdl-64e --preset paper
   row "$(title kitti_0005a), paper's preset" 7 run_cells kitti_0005a-paper-preset "$folder/kitti_0005a" --preset paper
-  both_modes kitti_0001 "$folder/kitti_0001" hdl-64e
+  all_modes kitti_0001 "$folder/kitti_0001" hdl-64e
   row "$(title kitti_0001) (no labels)" 7 run_cells kitti_0001 "$folder/kitti_0001"
-  both_modes hilti_hall "$folder/hilti_hall" generic
+  all_modes hilti_hall "$folder/hilti_hall" generic
   row "$(title hilti_hall) (no labels)" 7 run_cells hilti_hall "$folder/hilti_hall" --sensor generic
 }
 
@@ -180,13 +185,28 @@ preset_cells() {
   local suffix="-$1" sensor separator=
   [ "$1" != default ] || suffix=
   for sensor in os2-128 vlp-16; do
-    printf '%s%.0f' "$separator" "$(awk "BEGIN { print $(times "$sensor$suffix" removal p50) + $(times "$sensor$suffix" description p50) }")"
+    printf '%s%.0f' "$separator" "$(removal_and_description "$sensor$suffix")"
     separator=" | "
   done
 }
 
+# workers_table: a row per LiDAR and recording, a column per number of workers
+workers_table() {
+  local drive
+  echo "| removal and description of a keyframe, sum of the p50, ms | 1 worker | 2 workers | ratio | calls that close a keyframe, p50 / p99: 1 worker | 2 workers |"
+  rule 6
+  for drive in $(drives); do row "$(title "$drive")" 5 worker_cells "$drive"; done
+}
+worker_cells() {
+  local one two
+  one=$(removal_and_description "$1") two=$(removal_and_description "$1-two")
+  printf '%.1f | %.1f | %.2f' "$one" "$two" "$(awk "BEGIN { print $one / $two }")"
+  printf ' | %s' "$(times "$1" "closing call" p50 p99)" "$(times "$1-two" "closing call" p50 p99)"
+}
+
 table keyframes keyframes_table
 table latency-calls calls_table
+table latency-workers workers_table
 table preset-times presets_table
 if only_layout; then exit 0; fi
 echo

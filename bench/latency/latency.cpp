@@ -57,6 +57,7 @@ void time_recording(const Options& options) {
                                                          : dataset->sensor();
   PipelineConfig config = make_config(options, sensor);
   linux_port::WorkerThreads threads(options.workers);
+  if (!threads.outcome().ok) throw std::runtime_error(threads.outcome().message);
   config.executor = threads.executor();
   const Drive drive(*dataset);
   OwnedPipeline pipeline(config);

@@ -47,19 +47,21 @@ function places(   row, name, group, drive, count, i) {
     accepted["campus B"] + accepted["campus C"], wrong["campus B"] + wrong["campus C"]
 }
 
-# show_times(title): a row of keyframes, with its longest call.
-function show_times(title,   row, call) {
+# show_times(title): a row of keyframes, with its longest call, and with two workers.
+function show_times(title,   row, call, both) {
   for (row = 2; row <= rows["keyframes"] && cell["keyframes", row, 1] != title; ++row) {}
   for (call = 2; call <= rows["latency-calls"] && cell["latency-calls", call, 1] != title; ++call) {}
-  printf "| %s | %s | %s | %s | %s |\n", title, cell["keyframes", row, 7],
-    cell["keyframes", row, 5], cell["keyframes", row, 6], last(cell["latency-calls", call, 2])
+  for (both = 2; both <= rows["latency-workers"] && cell["latency-workers", both, 1] != title; ++both) {}
+  printf "| %s | %s | %s | %s | %s | %s |\n", title, cell["keyframes", row, 7],
+    cell["keyframes", row, 5], cell["keyframes", row, 6], last(cell["latency-calls", call, 2]),
+    cell["latency-workers", both, 3]
 }
 
 # The last of "2.4 / 9.8 / 27.3 / 30.6".
 function last(figures,   parts) { return parts[split(figures, parts, " / ")] }
 
 function times() {
-  print "| ms per keyframe of one second, p50 / p99 | ingest | removal | description | longest call |\n|---|---|---|---|---|"
+  print "| ms per keyframe of one second, p50 / p99 | ingest | removal | description | longest call | removal and description, 2 workers: p50 |\n|---|---|---|---|---|---|"
   show_times("OS2-128")
   show_times("OS2-128, dense street (seed 3)")
   show_times("KITTI raw 0005, there and back")
