@@ -24,7 +24,7 @@ class KeyframeOutput {
 
   /// Begins to convert the table's cells, all of which are labelled. With `deferred`, the cells of
   /// the keyframe before stay as they are, wherever a view of it points to. `intensities`: as of
-  /// `ScanAccumulator`, until the last step. O(blocks).
+  /// `ScanAccumulator`, until the last step. O(blocks and room for cells).
   void begin(const BlockWindow& window, const CellTable& cells, const Pose& T_odometry_keyframe,
              const IntensitySum* intensities) noexcept;
   /// Converts those of the next blocks, with `deferred` 4,096 for each worker. False once none is
