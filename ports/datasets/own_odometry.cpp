@@ -115,6 +115,7 @@ class OwnOdometryDataset final : public DatasetDecorator {
       if (options.progress) options.progress(i + 1, count);
     }
     statistics_ = odometry->statistics();
+    if (is_contradicted()) up_ = {};
     level(options.T_base_lidar);
     std::vector<RecordedGyroscope::Sample>().swap(gyroscope_.samples);
     require_tracking();
@@ -166,11 +167,17 @@ class OwnOdometryDataset final : public DatasetDecorator {
     }
   }
 
-  /// From the frame of the first pose to one of the robot, level as far as up is known.
+  /// An IMU that the scans contradict here may have other axes everywhere.
+  [[nodiscard]] bool is_contradicted() const {
+    constexpr std::uint64_t kShare = 20;
+    return kShare * statistics_.scans_against_gyroscope > statistics_.scans_by_gyroscope;
+  }
+
+  /// From the frame of the first pose to one of the robot, level if up is known.
   void level(const Pose& T_base_lidar) {
-    Pose T_new_odometry = T_base_lidar;
-    if (!poses_.empty() && (up_.scans > 0 || !poses_[0].rotation.isIdentity(0.0))) {
-      T_new_odometry = T_base_lidar * poses_[0].inverse();
+    if (poses_.empty()) return;
+    Pose T_new_odometry = T_base_lidar * poses_[0].inverse();
+    if (up_.sigma_deg() > 0.0) {
       const Eigen::Vector3d up = T_new_odometry.rotation * up_.mean();
       const auto turn = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
       T_new_odometry = Pose(turn, Eigen::Vector3d::Zero()) * T_new_odometry;
@@ -182,10 +189,17 @@ class OwnOdometryDataset final : public DatasetDecorator {
 
   void add_accelerometer(std::vector<Note>& notes) const {
     const std::string whose = "accelerometer: " + gyroscope_.description;
-    if (up_.scans > 0) {
+    if (up_.sigma_deg() > 0.0) {
       char sigma[32];
       std::snprintf(sigma, sizeof sigma, "%.1f", up_.sigma_deg());
       notes.push_back({whose + " tells up to " + sigma + " degrees", false});
+    } else if (statistics_.accelerations > 0) {
+      notes.push_back({whose + " does not tell up: the first pose is taken for level", true});
+    }
+    if (statistics_.accelerations_refused > 0) {
+      notes.push_back({whose + ": " + std::to_string(statistics_.accelerations_refused) +
+                           " samples are of 200 m/s² or more, or of a stamp that another has",
+                       true});
     }
     if (statistics_.updates_in_g > 0) {
       notes.push_back({whose + " is in g, not in m/s²: taken for that", true});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "motion.hpp"
 #include "src/core/cholesky.hpp"
@@ -13,6 +14,8 @@ constexpr double kGravity_m_s2 = 9.80665;
 // Rotations of registered scans drift by so much in a second, as a random walk.
 constexpr double kDrift_rad = 0.05 / 57.3;
 constexpr double kWeakDrift_rad = 0.5 / 57.3;
+// And the bias, with the temperature: 5 mg in 20 minutes.
+constexpr double kBiasDrift_m_s2 = 0.05 / 34.6;
 
 /// What makes a mean specific force one in m/s²; 0 where it is no such thing: an accelerometer that
 /// is missing, or of another unit. A second's mean differs little from g while one drives.
@@ -23,6 +26,10 @@ double unit_of(double mean_force) noexcept {
   const double in_g = mean_force / kGravity_m_s2;
   return in_g > kLeast && in_g < kMost ? 1.0 : 0.0;
 }
+
+/// A mean in g of a robot that hardly accelerates. An IMU that takes gravity out gives such numbers
+/// only by chance while one brakes.
+bool is_surely_g(double mean_force) noexcept { return std::abs(mean_force - 1.0) < 0.05; }
 
 }  // namespace
 
@@ -77,7 +84,9 @@ Eigen::Matrix3d Accelerometer::begin(std::int64_t now_ns) noexcept {
     ++taken;
   }
   const double mean = sum.norm() / std::max(1, taken);
-  const bool is_told = taken >= kFewest && unit_of(mean) > 0.0;
+  const bool is_in_m_s2 = unit_of(mean) == 1.0;
+  const bool is_told = taken >= kFewest && (is_in_m_s2 || is_surely_g(mean));
+  unit_ = !is_told ? 0.0 : is_in_m_s2 ? 1.0 : kGravity_m_s2;
   state_.setZero();
   state_.z() = kGravity_m_s2;
   const double unknown_m_s2 = is_told ? kAcceleration_m_s2 : kUnknown_m_s2;
@@ -102,6 +111,7 @@ void Accelerometer::open_window(const Pose& pose, std::int64_t stamp_ns) noexcep
 }
 
 void Accelerometer::lose(double seconds) noexcept {
+  was_lost_ = true;
   is_open_ = false;
   has_left_ = false;
   constexpr double kLost_rad_s = 0.2;
@@ -110,17 +120,18 @@ void Accelerometer::lose(double seconds) noexcept {
 
 void Accelerometer::move(const Motion& motion) noexcept {
   constexpr double kWindow_s = 1.0;
-  constexpr double kLongest_s = 2.0;  // between scans: their poses tell nothing in between
   const double seconds = seconds_between(motion.before_ns, motion.now_ns);
   const double drift_rad = motion.is_rotation_weak ? kWeakDrift_rad : kDrift_rad;
   widen(drift_rad * drift_rad * seconds);
+  covariance_.diagonal().tail<3>().array() += kBiasDrift_m_s2 * kBiasDrift_m_s2 * seconds;
+  if (std::exchange(was_lost_, false)) return;
   if (!is_open_) open_window(motion.T_map_before, motion.before_ns);
   weak_ += motion.weak;
   const Velocity velocity =
       velocity_of(motion.T_map_before.inverse() * motion.T_map_now, std::max(seconds, 1e-9));
   const std::int64_t begin_ns = knots_[has_left_ ? 1 : 0].stamp_ns;
   std::int64_t last_ns = motion.before_ns;
-  bool is_whole = seconds < kLongest_s;
+  bool is_whole = true;
   next_ = std::max(next_, count_ - std::min(count_, kSamples));
   for (; next_ < count_ && at(next_).stamp_ns <= motion.now_ns; ++next_) {
     const Sample& sample = at(next_);
@@ -164,27 +175,39 @@ void Accelerometer::close_window(const Motion& motion) noexcept {
   open_window(motion.T_map_now, motion.now_ns);
 }
 
+/// Whether samples are in m/s² or in g, once that is known. Later windows do not change it.
+bool Accelerometer::has_unit(double mean_force) noexcept {
+  constexpr std::uint32_t kSurely = 5;
+  const double unit = unit_of(mean_force);
+  if (unit_ == 0.0) {
+    in_g_ = is_surely_g(mean_force) ? in_g_ + 1 : 0;
+    if (unit == 1.0 || in_g_ == kSurely) unit_ = unit;
+  }
+  return unit_ > 0.0 && unit == unit_;
+}
+
 void Accelerometer::update(const Sums& sums, const Eigen::Vector3d& acceleration_m_s2) noexcept {
   constexpr double kNoise_m_s2 = 0.1;    // of places, stamps, arms and vibration: 0.6 degrees
   constexpr double kBraking_m_s2 = 1.0;  // along an axis whose motion is predicted
   constexpr double kUnlikely = 9.0;      // three sigma: what is farther off weighs less
   if (!(sums.weight > 0.0)) return;
   const Eigen::Vector3d mean = sums.force / sums.weight;
-  const double unit = unit_of(mean.norm());
-  if (!(unit > 0.0)) {
+  if (!has_unit(mean.norm())) {
     ++implausible_;
     return;
   }
-  updates_in_g_ += unit == 1.0 ? 0 : 1;
+  updates_in_g_ += unit_ == 1.0 ? 0 : 1;
   Eigen::Matrix<double, 3, 6> H;
   H << Eigen::Matrix3d::Identity(), sums.turn / sums.weight;
-  const Eigen::Vector3d off = unit * mean - acceleration_m_s2 - H * state_;
+  const Eigen::Vector3d off = unit_ * mean - acceleration_m_s2 - H * state_;
   Eigen::Matrix3d noise = kNoise_m_s2 * kNoise_m_s2 * Eigen::Matrix3d::Identity();
   noise += kBraking_m_s2 * kBraking_m_s2 * weak_;
   const Eigen::Matrix3d known = H * covariance_ * H.transpose();
   const double unlikely =
       off.dot(Cholesky<3>(Eigen::Matrix3d(known + noise)).solve(off)) / kUnlikely;
   if (unlikely > 1.0) noise *= unlikely;
+  constexpr double kForget = 0.2;
+  misfit_ += kForget * (unlikely * kUnlikely / 3.0 - misfit_);
   const Eigen::Matrix3d inverse = Cholesky<3>(Eigen::Matrix3d(known + noise)).inverse();
   const Eigen::Matrix<double, 6, 3> gain = covariance_ * H.transpose() * inverse;
   state_ += gain * off;
@@ -194,6 +217,10 @@ void Accelerometer::update(const Sums& sums, const Eigen::Vector3d& acceleration
 }
 
 double Accelerometer::sigma_rad() const noexcept {
+  return sigma_of_fit_rad() * std::sqrt(std::max(1.0, misfit_));
+}
+
+double Accelerometer::sigma_of_fit_rad() const noexcept {
   const Eigen::Matrix3d P = covariance_.topLeftCorner<3, 3>();
   const double across = P.trace() - up().dot(P * up());
   return std::sqrt(std::max(0.0, 0.5 * across) / state_.head<3>().squaredNorm());

@@ -41,15 +41,18 @@ class Accelerometer {
   /// Takes a motion that was registered. O(samples meanwhile).
   void move(const Motion& motion) noexcept;
 
-  /// A scan was lost: its pose says nothing about accelerations, and little about rotations.
+  /// A scan was lost: its pose says nothing about accelerations, and little about rotations. Nor
+  /// does the way from there to the next one that is registered.
   void lose(double seconds) noexcept;
 
   /// Whether up is known.
   [[nodiscard]] bool is_known() const noexcept { return updates_ > 0; }
   /// Unit vector.
   [[nodiscard]] Eigen::Vector3d up() const noexcept { return state_.head<3>().normalized(); }
-  /// Standard deviation of up in one direction.
+  /// Standard deviation of up in one direction, widened while forces do not fit.
   [[nodiscard]] double sigma_rad() const noexcept;
+  /// The same, as if they did.
+  [[nodiscard]] double sigma_of_fit_rad() const noexcept;
 
   /// Counts of two seconds each.
   [[nodiscard]] std::uint32_t updates() const noexcept { return updates_; }
@@ -84,11 +87,13 @@ class Accelerometer {
   void close_window(const Motion& motion) noexcept;
   void update(const Sums& sums, const Eigen::Vector3d& acceleration_m_s2) noexcept;
   void widen(double variance_rad2) noexcept;
+  [[nodiscard]] bool has_unit(double mean_force) noexcept;
 
   Sample* samples_ = nullptr;
   std::uint64_t count_ = 0;  // of all samples
   std::uint64_t next_ = 0;   // to be taken
 
+  bool was_lost_ = false;  // the pose that the next motion begins at is foretold
   bool is_open_ = false;
   bool has_left_ = false;  // the window at hand is the second one of two
   Knot knots_[2];
@@ -99,6 +104,9 @@ class Accelerometer {
 
   Vector6d state_ = Vector6d::Zero();  // g along up; bias in the sensor's frame, m/s²
   Matrix6d covariance_ = Matrix6d::Zero();
+  double unit_ = 0.0;       // of samples, in m/s²; 0: not known yet
+  std::uint32_t in_g_ = 0;  // windows in a row that told g before it was known
+  double misfit_ = 1.0;     // of forces: mean square of what is off, by its variance
   std::uint32_t updates_ = 0;
   std::uint32_t updates_in_g_ = 0;
   std::uint32_t implausible_ = 0;

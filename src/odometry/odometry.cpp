@@ -269,9 +269,12 @@ void LidarOdometry::State::ask_accelerometer(const Interval& interval) noexcept 
   level(interval.seconds);
 }
 
-/// An IMU whose gyroscope contradicts the scans has other axes, or another clock.
+/// An IMU whose gyroscope contradicts the scans, now or in a twentieth of them, has other axes, or
+/// another clock.
 bool LidarOdometry::State::is_up_known() const noexcept {
-  return accelerometer.is_known() && !gyroscope.is_contradicted();
+  constexpr std::uint64_t kContradictedShare = 20;
+  return accelerometer.is_known() && !gyroscope.is_contradicted() &&
+         kContradictedShare * statistics.scans_against_gyroscope <= statistics.scans_by_gyroscope;
 }
 
 /// Takes back drift of roll and pitch: turns the odometry frame about the sensor, by what up has
@@ -281,7 +284,7 @@ void LidarOdometry::State::level(double seconds) noexcept {
   constexpr double kSettles_s = 5.0;
   if (!is_up_known()) return;
   const Eigen::Vector3d up = T_odometry_map.rotation * accelerometer.up();
-  const double sigma_rad = accelerometer.sigma_rad();
+  const double sigma_rad = accelerometer.sigma_of_fit_rad();  // drift does not fit either
   if (!has_first_up) {
     has_first_up = true;
     first_up = up;
