@@ -70,6 +70,8 @@ std::optional<MotionEvidence> quick_evidence(const Track& track,
   const std::vector<RegisteredMotion> motions = register_motions(
       track, [](std::size_t, std::size_t) { return false; },
       [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); }, 2);
+  constexpr std::size_t kFewest = 10;  // what a clock that steps shows in
+  if (motions.size() < kFewest) return std::nullopt;
   MotionEvidence evidence{calibrate(track, motions), {}, {}};
   const Calibration& found = evidence.calibration;
   if (!found.is_surely_right() || find_clock_step(track, motions, kHint) ||
