@@ -32,10 +32,11 @@ for word in "$@"; do
 done
 case " $* " in *' --force '*) title+=' --force' ;; esac
 echo "@call $title" >>"$LOG"
-(
-  "$PROGRAM" "$@" | if [ "$1" = merge ]; then tee >(sed 's/^/@/' >>"$LOG"); else cat; fi
-  exit "${PIPESTATUS[0]}"
-) 2> >(tee >(sed 's/^/@/' >>"$LOG") >&2) || code=$?
+"$PROGRAM" "$@" >"$LOG.out" 2>"$LOG.err" || code=$?
+if [ "$1" = merge ]; then sed 's/^/@/' "$LOG.out" >>"$LOG"; fi
+sed 's/^/@/' "$LOG.err" >>"$LOG"
+cat "$LOG.out"
+cat "$LOG.err" >&2
 echo "@exit $code" >>"$LOG"
 exit "$code"
 EOT
@@ -95,7 +96,8 @@ rows() {
     }
     match($0, /static points lost [0-9.]+/) {
       figure(substr($0, RSTART, RLENGTH))
-      sa = 100 - substr($0, RSTART + 19, RLENGTH - 19)
+      kept = 100 - substr($0, RSTART + 19, RLENGTH - 19)
+      if (sa == "" || kept < sa) sa = kept
     }
     match($0, /, [0-9]+\)\]$/) { figures = substr($0, RSTART + 2, RLENGTH - 4) " MB" }
     (/^@/ || !wrapped) && !said && !/later keyframes|rays are/ &&
