@@ -124,7 +124,8 @@ typedef void (*um_part)(void* task, uint32_t part, uint32_t worker);
 typedef struct um_executor {
   /** Calls part(task, i, worker) once for each i below `parts`, and returns when all calls have
    *  returned. They must see what the calling thread wrote before, and it must see what they wrote.
-   *  Called from um_add_scan, um_flush and um_work. Null = the calling thread does all in order. */
+   *  Called from any call on the pipeline but labels and keyframes that are read: `context` has to
+   *  outlive the pipeline. Null = the calling thread does all in order. */
   void (*run)(void* context, uint32_t parts, um_part part, void* task);
   void* context;    /**< handed to `run` */
   uint32_t workers; /**< at most so many parts at once, [1, UM_MAX_WORKERS]; 1 without `run`. Each

@@ -132,7 +132,7 @@ Outcome WorkerThreads::start(std::span<const int> cores) noexcept {
     if (core == kAnyCore && CPU_COUNT(&own) == 1) {
       return {false, EINVAL,
               "workers would share the calling thread's only core: name theirs, or create them "
-              "before pin_to_core()"};
+              "before pin_to_core(), and after set_realtime_priority()"};
     }
     const cpu_set_t its = allowed(core, own);
     CPU_OR(&all, &all, &its);

@@ -1,7 +1,8 @@
 // Executor of Linux: threads that take parts of a task.
 //
-// Create the threads in the thread that runs the pipeline, after set_realtime_priority(): they get
-// its scheduling. The object outlives the pipelines whose configuration has its executor():
+// Create the threads in the thread that runs the pipeline, after set_realtime_priority(), as they
+// get its scheduling, and before pin_to_core() if their cores are not named. The object outlives
+// the pipelines whose configuration has its executor():
 //
 //   WorkerThreads threads(std::array{2, 3});  // cores beside the pipeline's own
 //   if (!threads.outcome().ok) std::puts(threads.outcome().message);
@@ -59,7 +60,6 @@ class WorkerThreads {
  private:
   Outcome start(std::span<const int> cores) noexcept;
   void work() noexcept;
-  void sleep_until_task() noexcept;
   void run(std::uint32_t parts, Executor::Part part, void* task) noexcept;
   std::uint32_t take_parts(std::uint32_t worker) noexcept;
   void wait_for_threads(std::uint32_t own) noexcept;

@@ -1,8 +1,9 @@
 // Real-time set-up of a Linux thread: locked memory, priority, affinity, prefaulting.
 //
 // Call these once, while the robot starts; none belongs into the control loop. Order that works:
-// get the pipeline's block, lock_memory(), prefault(block), create the pipeline; then in the thread
-// that runs it pin_to_core() and set_realtime_priority().
+// lock_memory(); then in the thread that runs the pipeline set_realtime_priority(), start
+// WorkerThreads if there are any (they take over the priority), pin_to_core(), get the pipeline's
+// block, prefault(block), create the pipeline.
 #pragma once
 
 #include <cstddef>

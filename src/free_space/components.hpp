@@ -246,8 +246,8 @@ void ComponentLabels::join_alone(Slice some, const Neighbour& neighbour) noexcep
   });
 }
 
-// A worker joins what lies within its part of the blocks; of no other part it knows what is joined
-// already. What touches another one is noted behind all parts, and joined by one worker.
+// A worker joins what lies within its share of the blocks; of no other share it knows what is
+// joined already. What touches another one is noted behind all shares, and joined by one worker.
 template <typename Neighbour>
 void ComponentLabels::join(Slice some, std::uint32_t blocks, const Neighbour& neighbour,
                            const Executor& executor) noexcept {

@@ -371,7 +371,7 @@ struct PipelineConfig {
   /// ring must outlive it.
   EventRing* events = nullptr;
   /// Who runs parts of what closes a keyframe at the same time; by default the calling thread does
-  /// all. `add_scan`, `flush` and `work` return when no part runs any more.
+  /// all. Every call returns when no part runs any more. The executor must outlive the pipeline.
   Executor executor;
 
   /// What describer and loop search have to be laid out for; follows from the other members.

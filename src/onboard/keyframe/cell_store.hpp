@@ -100,6 +100,7 @@ class CellStore {
 
  private:
   static constexpr std::uint32_t kGroup = 4;
+  static_assert(kGroup % 2 == 0, "no block shares a pair of entries: KeyframeOutput writes pairs");
   /// Cells of a block that needs no more than `BlockCells`.
   static constexpr std::uint32_t kFew = 16;
 

@@ -42,7 +42,6 @@ struct BayesFilter::Group {
 struct BayesFilter::Worker {
   Group known;  ///< candidates of the keyframe before, too
   Group fresh;
-  std::uint32_t projections;  ///< in this slice
 };
 
 void BayesFilter::allocate(Arena& arena, const PipelineConfig& config) noexcept {
@@ -81,10 +80,12 @@ bool BayesFilter::step(const EvidenceWindow& window, CellTable& cells) noexcept 
       next_block_[part] = begun[part].first;
   }
   const Cut cut(executor_, slice_, kBlocksPerPart);
-  for (std::uint32_t i = 0; i < executor_.workers; ++i) workers_[i].projections = 0;
+  // By part: what a worker has done before depends on which parts it took.
+  const std::uint32_t most_new =
+      slice_projections_ / std::max(images_, 1U) / std::max(cut.parts(), 1U) * executor_.workers;
   for_parts(executor_, cut.parts(), [&](std::uint32_t part, std::uint32_t worker) noexcept {
     next_block_[part] =
-        collect_some(window, cells, {next_block_[part], cut[part].end}, workers_[worker]);
+        collect_some(window, cells, {next_block_[part], cut[part].end}, most_new, workers_[worker]);
   });
   for (std::uint32_t part = 0; part < cut.parts(); ++part) {
     if (next_block_[part] < cut[part].end) return true;
@@ -101,16 +102,14 @@ bool BayesFilter::step(const EvidenceWindow& window, CellTable& cells) noexcept 
 }
 
 std::uint32_t BayesFilter::collect_some(const EvidenceWindow& window, CellTable& cells,
-                                        Slice blocks, Worker& worker) noexcept {
+                                        Slice blocks, std::uint32_t most_new,
+                                        Worker& worker) noexcept {
   std::uint32_t b = blocks.first;
-  for (; b < blocks.end && worker.projections < slice_projections_; ++b) {
+  for (std::uint32_t found = 0; b < blocks.end && found <= most_new; ++b) {
     if (!worker.known.has_room()) finish_known(window, cells, worker.known);
-    if (!worker.fresh.has_room()) {
-      finish_new(window, cells, worker.fresh);
-      worker.projections += kGroup * images_;
-    }
+    if (!worker.fresh.has_room()) finish_new(window, cells, worker.fresh);
     prefetch(window.blocks(), b + kHistoryAhead);
-    collect(window, cells, b, worker);
+    found += collect(window, cells, b, worker);
   }
   return b;
 }
@@ -123,10 +122,10 @@ void BayesFilter::prefetch(const BlockWindow& blocks, std::uint32_t block) const
   prefetch_for_read(sums_before_ + blocks.before(block).first);
 }
 
-void BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells, std::uint32_t b,
-                          Worker& worker) const noexcept {
+std::uint32_t BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells,
+                                   std::uint32_t b, Worker& worker) const noexcept {
   const std::uint64_t candidates = cells.marks(b).candidate;
-  if (candidates == 0) return;
+  if (candidates == 0) return 0;
   const Block& block = cells.blocks()[b];
   const BlockHistory before = window.blocks().before(b);
   const std::int16_t* const sums_before = sums_before_ + before.first;
@@ -146,13 +145,14 @@ void BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells, 
       worker.known.add(cells, row, carried - log_odds_.weights.occupied);
     }
   }
-  if (fresh.size == first_new) return;
+  if (fresh.size == first_new) return 0;
   const CellCounts occupied(window.blocks().occupied(b));
   for (std::uint32_t i = first_new; i < fresh.size; ++i) {
     // Occupied in the current keyframe, too, which is no evidence.
     const std::int32_t times = occupied.of(cells.bit_of_row(fresh.row[i])) - 1;
     fresh.log_odds[i] = -log_odds_.weights.occupied * times;
   }
+  return fresh.size - first_new;
 }
 
 void BayesFilter::finish_known(const EvidenceWindow& window, CellTable& cells,

@@ -52,14 +52,14 @@ class BayesFilter {
   /// Candidates that a worker has not decided about yet. Every block has one worker.
   struct Worker;
 
-  /// Does blocks of a part until the worker has done enough. Returns the next one.
+  /// Does blocks of a part until they held more than so many new candidates. Returns the next one.
   std::uint32_t collect_some(const EvidenceWindow& window, CellTable& cells, Slice blocks,
-                             Worker& worker) noexcept;
+                             std::uint32_t most_new, Worker& worker) noexcept;
   /// Starts loading what is known of a block, if there is one of that number.
   void prefetch(const BlockWindow& blocks, std::uint32_t block) const noexcept;
-  /// Puts the candidates of a block into the group they belong to.
-  void collect(const EvidenceWindow& window, const CellTable& cells, std::uint32_t block,
-               Worker& worker) const noexcept;
+  /// Puts the candidates of a block into the group they belong to. Returns how many are new.
+  std::uint32_t collect(const EvidenceWindow& window, const CellTable& cells, std::uint32_t block,
+                        Worker& worker) const noexcept;
   void finish_known(const EvidenceWindow& window, CellTable& cells, Group& known) noexcept;
   void finish_new(const EvidenceWindow& window, CellTable& cells, Group& fresh) noexcept;
   void add_columns(Group& group, const BlockWindow& blocks, const KeyframeEvidence& evidence,

@@ -38,8 +38,9 @@ class FinalLabels {
   /// Begins to relabel the oldest keyframe there is, after the last record. False if there is none.
   bool begin_oldest(const EvidenceWindow& window) noexcept;
   /// Relabels the next blocks, with `deferred` of 2,048 cells for each worker at most; afterwards a
-  /// keyframe may be recorded or another one begun, but no evidence that was there at the beginning
-  /// may be gone. False once no block is left. O(images of the window).
+  /// keyframe may be recorded, but no evidence that was there at the beginning may be gone. What
+  /// was begun has to be finished before another one begins. False once no block is left. O(images
+  /// of the window).
   bool step(const EvidenceWindow& window) noexcept;
   /// All that is left.
   void finish(const EvidenceWindow& window) noexcept {
