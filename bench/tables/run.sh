@@ -10,7 +10,7 @@ bin=${BIN:-build/release/bin}
 
 "$bin/memory_table" presets | bench/tables/table.sh memory-presets
 "$bin/memory_table" parameters | bench/tables/table.sh memory-parameters
-for table in removal places times; do  # summaries of docs/results.md
+for table in removal places times workers; do  # summaries of docs/results.md
   awk -v table="$table" -f bench/tables/summary.awk docs/results.md |
     bench/tables/table.sh summary-"$table"
 done

@@ -1,4 +1,4 @@
-# Summary of the tables of docs/results.md, as Markdown: -v table=removal|places|times
+# Summary of the tables of docs/results.md, as Markdown: -v table=removal|places|times|workers
 #
 # README.md and the summary of docs/results.md show what this prints: figures of the runs that wrote the tables.
 
@@ -10,22 +10,19 @@ function show(title, name, row) {
   printf "| %s | %s | %s |\n", title, cell[name, row, 2], cell[name, row, 4]
 }
 
-# The LiDARs of the highest and the lowest AA online.
-function show_extremes(scene, name,   row, best, worst) {
-  best = worst = 2
-  for (row = 2; row <= rows[name]; ++row) {
-    if (number(cell[name, row, 2], 3) > number(cell[name, best, 2], 3)) best = row
+# The LiDAR of the lowest AA online.
+function show_worst(scene, name,   row, worst) {
+  worst = 2
+  for (row = 2; row <= rows[name]; ++row)
     if (number(cell[name, row, 2], 3) < number(cell[name, worst, 2], 3)) worst = row
-  }
-  show(scene ", best of " rows[name] - 1 " LiDARs: " cell[name, best, 1], name, best)
-  show(scene ", worst: " cell[name, worst, 1], name, worst)
+  show(scene ", worst of " rows[name] - 1 " LiDARs: " cell[name, worst, 1], name, worst)
 }
 
 function removal() {
   print "| SA / DA / AA % | online | refined |\n|---|---|---|"
   show("KITTI raw 0005, labelled points", "removal-recording", 2)
-  show_extremes("town", "removal-town")
-  show_extremes("campus", "removal-campus")
+  show_worst("town", "removal-town")
+  show_worst("campus", "removal-campus")
 }
 
 function places(   row, name, group, drive, count, i) {
@@ -57,6 +54,13 @@ function show_times(title,   row, call, both) {
     cell["latency-workers", both, 3]
 }
 
+function workers(   row) {
+  print "| removal and description of a keyframe (a second), p50 on a shared x86-64 server, ms | 1 core | 2 cores |\n|---|---|---|"
+  for (row = 2; row <= rows["latency-workers"]; ++row)
+    if (cell["latency-workers", row, 1] ~ /^(OS2-128|VLP-16, there and back|KITTI raw 0005, there and back)$/)
+      printf "| %s | %s | %s |\n", cell["latency-workers", row, 1], cell["latency-workers", row, 2], cell["latency-workers", row, 3]
+}
+
 # The last of "2.4 / 9.8 / 27.3 / 30.6".
 function last(figures,   parts) { return parts[split(figures, parts, " / ")] }
 
@@ -79,5 +83,6 @@ END {
   if (table == "removal") removal()
   else if (table == "places") places()
   else if (table == "times") times()
+  else if (table == "workers") workers()
   else exit 2
 }

@@ -51,7 +51,7 @@ class Accelerometer {
   [[nodiscard]] Eigen::Vector3d up() const noexcept { return state_.head<3>().normalized(); }
   /// Standard deviation of up in one direction, widened while forces do not fit.
   [[nodiscard]] double sigma_rad() const noexcept;
-  /// The same, as if they did.
+  /// Standard deviation of up if forces fit as well as they should.
   [[nodiscard]] double sigma_of_fit_rad() const noexcept;
 
   /// Counts of two seconds each.
