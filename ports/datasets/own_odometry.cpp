@@ -115,7 +115,7 @@ class OwnOdometryDataset final : public DatasetDecorator {
       if (options.progress) options.progress(i + 1, count);
     }
     statistics_ = odometry->statistics();
-    if (is_contradicted()) up_ = {};
+    if (statistics_.imu_contradicted()) up_ = {};  // what it told before, too
     level(options.T_base_lidar);
     std::vector<RecordedGyroscope::Sample>().swap(gyroscope_.samples);
     require_tracking();
@@ -165,12 +165,6 @@ class OwnOdometryDataset final : public DatasetDecorator {
     } else if (result.state == OdometryState::kDegenerate) {
       degenerate_.add(scan, result.reason);
     }
-  }
-
-  /// An IMU that the scans contradict here may have other axes everywhere.
-  [[nodiscard]] bool is_contradicted() const {
-    constexpr std::uint64_t kShare = 20;
-    return kShare * statistics_.scans_against_gyroscope > statistics_.scans_by_gyroscope;
   }
 
   /// From the frame of the first pose to one of the robot, level if up is known.

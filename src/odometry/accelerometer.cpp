@@ -54,19 +54,8 @@ Accelerometer::Sums Accelerometer::Sums::less(const Sums& other, double share) c
 }
 
 Error Accelerometer::add(std::int64_t stamp_ns, const Eigen::Vector3d& m_s2) noexcept {
-  constexpr double kMost_m_s2 = 200.0;             // 16 g, where the usual ones saturate, and more
-  constexpr std::int64_t kLatest_ns = 1LL << 62U;  // so that no difference overflows
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!(std::abs(m_s2[axis]) < kMost_m_s2)) {  // NaN, too
-      return {ErrorCode::kInvalidPose, "the acceleration is not finite, or saturated"};
-    }
-  }
-  const bool is_later = count_ == 0 || stamp_ns > at(count_ - 1).stamp_ns;
-  if (!is_later || stamp_ns >= kLatest_ns || stamp_ns <= -kLatest_ns) {
-    return {ErrorCode::kTimeReversed, "the stamp is not later than that of the sample before"};
-  }
-  samples_[count_++ % kSamples] = {stamp_ns, {m_s2.x(), m_s2.y(), m_s2.z()}};
-  return {};
+  constexpr double kMost_m_s2 = 200.0;  // 16 g, where the usual ones saturate, and more
+  return samples_.add(stamp_ns, m_s2, kMost_m_s2, "the acceleration is not finite, or saturated");
 }
 
 Eigen::Matrix3d Accelerometer::begin(std::int64_t now_ns) noexcept {
@@ -77,10 +66,10 @@ Eigen::Matrix3d Accelerometer::begin(std::int64_t now_ns) noexcept {
   constexpr std::int64_t kSecond_ns = 1'000'000'000;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int taken = 0;
-  for (std::uint64_t i = count_ - std::min(count_, kSamples); i < count_; ++i) {
-    const Sample& sample = at(i);
+  for (std::uint64_t i = samples_.first(); i < samples_.count(); ++i) {
+    const ImuSamples::Sample& sample = samples_[i];
     if (sample.stamp_ns > now_ns || sample.stamp_ns < now_ns - kSecond_ns) continue;
-    sum += Eigen::Vector3d(sample.m_s2[0], sample.m_s2[1], sample.m_s2[2]);
+    sum += sample.vector();
     ++taken;
   }
   const double mean = sum.norm() / std::max(1, taken);
@@ -132,15 +121,14 @@ void Accelerometer::move(const Motion& motion) noexcept {
   const std::int64_t begin_ns = knots_[has_left_ ? 1 : 0].stamp_ns;
   std::int64_t last_ns = motion.before_ns;
   bool is_whole = true;
-  next_ = std::max(next_, count_ - std::min(count_, kSamples));
-  for (; next_ < count_ && at(next_).stamp_ns <= motion.now_ns; ++next_) {
-    const Sample& sample = at(next_);
+  next_ = std::max(next_, samples_.first());
+  for (; next_ < samples_.count() && samples_[next_].stamp_ns <= motion.now_ns; ++next_) {
+    const ImuSamples::Sample& sample = samples_[next_];
     if (sample.stamp_ns <= motion.before_ns) continue;
     const Eigen::Matrix3d R =
         motion.T_map_before.rotation *
         rotation_of(velocity.angular_rad_s * seconds_between(motion.before_ns, sample.stamp_ns));
-    const Eigen::Vector3d force =
-        R * Eigen::Vector3d(sample.m_s2[0], sample.m_s2[1], sample.m_s2[2]);
+    const Eigen::Vector3d force = R * sample.vector();
     const double step_s = seconds_between(last_ns, sample.stamp_ns);
     is_whole = is_whole && sample.stamp_ns - last_ns <= kLongestGap_ns;
     sums_.add(force, R, step_s);

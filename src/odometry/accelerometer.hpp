@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "imu_samples.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/expected.hpp"
 #include "unimapper/core/pose.hpp"
@@ -19,7 +20,7 @@ namespace unimapper::odometry {
 /// of the registered poses, the map's.
 class Accelerometer {
  public:
-  void allocate(Arena& arena) noexcept { samples_ = arena.allocate<Sample>(kSamples); }
+  void allocate(Arena& arena) noexcept { samples_.allocate(arena); }
 
   /// Takes a sample. Refuses, with nothing changed, what is not finite, beyond 200 m/s², or not
   /// later than the one before.
@@ -60,10 +61,6 @@ class Accelerometer {
   [[nodiscard]] std::uint32_t implausible() const noexcept { return implausible_; }
 
  private:
-  struct Sample {
-    std::int64_t stamp_ns;
-    double m_s2[3];
-  };
   /// Weighted sums of forces, and of the rotations that turned them to the map.
   struct Sums {
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
@@ -80,18 +77,14 @@ class Accelerometer {
   using Vector6d = Eigen::Matrix<double, 6, 1>;
   using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-  static constexpr std::uint64_t kSamples = 1024;  // a second of the fastest IMUs
-
-  [[nodiscard]] const Sample& at(std::uint64_t i) const noexcept { return samples_[i % kSamples]; }
   void open_window(const Pose& pose, std::int64_t stamp_ns) noexcept;
   void close_window(const Motion& motion) noexcept;
   void update(const Sums& sums, const Eigen::Vector3d& acceleration_m_s2) noexcept;
   void widen(double variance_rad2) noexcept;
   [[nodiscard]] bool has_unit(double mean_force) noexcept;
 
-  Sample* samples_ = nullptr;
-  std::uint64_t count_ = 0;  // of all samples
-  std::uint64_t next_ = 0;   // to be taken
+  ImuSamples samples_;      // in m/s² or g
+  std::uint64_t next_ = 0;  // to be taken
 
   bool was_lost_ = false;  // the pose that the next motion begins at is foretold
   bool is_open_ = false;

@@ -6,40 +6,32 @@
 #include "motion.hpp"
 
 namespace unimapper::odometry {
+
 Error Gyroscope::add(std::int64_t stamp_ns, const Eigen::Vector3d& rad_s) noexcept {
-  constexpr double kFastest_rad_s = 34.0;          // 2000 deg/s: where the usual ones saturate
-  constexpr std::int64_t kLatest_ns = 1LL << 62U;  // so that no difference overflows
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!(std::abs(rad_s[axis]) < kFastest_rad_s)) {  // NaN, too
-      return {ErrorCode::kInvalidPose, "the angular velocity is not finite, or saturated"};
-    }
-  }
-  const bool is_later = count_ == 0 || stamp_ns > at(count_ - 1).stamp_ns;
-  if (!is_later || stamp_ns >= kLatest_ns || stamp_ns <= -kLatest_ns) {
-    return {ErrorCode::kTimeReversed, "the stamp is not later than that of the sample before"};
-  }
-  samples_[count_++ % kSamples] = {stamp_ns, {rad_s.x(), rad_s.y(), rad_s.z()}};
-  return {};
+  constexpr double kFastest_rad_s = 34.0;  // 2000 deg/s: where the usual ones saturate
+  return samples_.add(stamp_ns, rad_s, kFastest_rad_s,
+                      "the angular velocity is not finite, or saturated");
 }
 
 bool Gyroscope::rotation(std::int64_t from_ns, std::int64_t to_ns,
                          Eigen::Matrix3d& turn) const noexcept {
   turn.setIdentity();
-  const std::uint64_t kept = std::min(count_, kSamples);
-  if (kept < 2 || to_ns < from_ns || to_ns > at(count_ - 1).stamp_ns + kLongestGap_ns) return false;
+  const std::uint64_t count = samples_.count();
+  const std::uint64_t first = samples_.first();
+  if (count - first < 2 || to_ns < from_ns) return false;
+  if (to_ns > samples_[count - 1].stamp_ns + kLongestGap_ns) return false;
   // The last one before the begin.
-  std::uint64_t i = count_;
-  while (i > count_ - kept && at(i - 1).stamp_ns > from_ns) --i;
-  if (i == count_ - kept) return false;
+  std::uint64_t i = count;
+  while (i > first && samples_[i - 1].stamp_ns > from_ns) --i;
+  if (i == first) return false;
   std::int64_t now_ns = from_ns;
   for (--i; now_ns < to_ns; ++i) {
-    const bool is_last = i + 1 == count_;
-    const Sample& a = at(i);
-    const Sample& b = at(is_last ? i : i + 1);
+    const bool is_last = i + 1 == count;
+    const ImuSamples::Sample& a = samples_[i];
+    const ImuSamples::Sample& b = samples_[is_last ? i : i + 1];
     const std::int64_t end_ns = is_last ? to_ns : std::min(to_ns, b.stamp_ns);
     if ((is_last ? to_ns : b.stamp_ns) - a.stamp_ns > kLongestGap_ns) return false;
-    const Eigen::Vector3d rad_s(0.5 * (a.rad_s[0] + b.rad_s[0]), 0.5 * (a.rad_s[1] + b.rad_s[1]),
-                                0.5 * (a.rad_s[2] + b.rad_s[2]));
+    const Eigen::Vector3d rad_s = 0.5 * (a.vector() + b.vector());
     turn = turn * rotation_of((rad_s - bias_rad_s_) * seconds_between(now_ns, end_ns));
     now_ns = end_ns;
   }

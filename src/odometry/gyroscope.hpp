@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "imu_samples.hpp"
 #include "unimapper/core/arena.hpp"
 #include "unimapper/core/expected.hpp"
 
@@ -14,7 +15,7 @@ namespace unimapper::odometry {
 /// that the velocity stays as it was.
 class Gyroscope {
  public:
-  void allocate(Arena& arena) noexcept { samples_ = arena.allocate<Sample>(kSamples); }
+  void allocate(Arena& arena) noexcept { samples_.allocate(arena); }
 
   /// Takes a sample. Refuses, with nothing changed, what is not finite, faster than a gyroscope can
   /// tell, or not later than the one before.
@@ -32,16 +33,7 @@ class Gyroscope {
              const Eigen::Matrix3d& by_velocity, double seconds) noexcept;
 
  private:
-  struct Sample {
-    std::int64_t stamp_ns;
-    double rad_s[3];
-  };
-  static constexpr std::uint64_t kSamples = 1024;  // a second of the fastest IMUs
-
-  [[nodiscard]] const Sample& at(std::uint64_t i) const noexcept { return samples_[i % kSamples]; }
-
-  Sample* samples_ = nullptr;
-  std::uint64_t count_ = 0;  // of all samples
+  ImuSamples samples_;  // rad/s
   Eigen::Vector3d bias_rad_s_ = Eigen::Vector3d::Zero();
   std::uint32_t slow_scans_ = 0;  // that showed the bias
   double error_ = 0.0;            // usual squared one of the samples, rad²

@@ -63,6 +63,7 @@ struct LidarOdometry::State {
 
   // Registration.
   [[nodiscard]] std::int64_t time_ns(double after_stamp_s) const noexcept;
+  [[nodiscard]] bool may_ask_imu(double seconds) const noexcept;
   void ask_gyroscope(double seconds) noexcept;
   bool turn_in_sweep(double after_middle_s, Eigen::Matrix3d& R_middle_then) const noexcept;
   void ask_accelerometer(const Interval& interval) noexcept;
@@ -213,13 +214,18 @@ std::int64_t LidarOdometry::State::time_ns(double after_stamp_s) const noexcept 
   return stamp_ns + static_cast<std::int64_t>(after_stamp_s * 1e9);
 }
 
+/// Samples tell of so long a time before the scan, and no sum of times overflows.
+bool LidarOdometry::State::may_ask_imu(double seconds) const noexcept {
+  constexpr std::int64_t kLatest_ns = 1LL << 62U;
+  return stamp_ns <= kLatest_ns && stamp_ns >= -kLatest_ns && seconds <= kLongestPrediction_s;
+}
+
 /// What the gyroscope says of the time from the scan before to the last point of this one.
 void LidarOdometry::State::ask_gyroscope(double seconds) noexcept {
-  constexpr std::int64_t kLatest_ns = 1LL << 62U;  // so that no sum overflows
   turn_seen = false;
   turn_known = false;
   turns_known = false;
-  if (stamp_ns > kLatest_ns || stamp_ns < -kLatest_ns || seconds > kLongestPrediction_s) return;
+  if (!may_ask_imu(seconds)) return;
   turn_seen = gyroscope.rotation(time_ns(middle_s - seconds), time_ns(middle_s), turn);
   turn_known = turn_seen && !gyroscope.is_contradicted();
   statistics.scans_by_gyroscope += turn_known ? 1 : 0;
@@ -252,8 +258,7 @@ bool LidarOdometry::State::turn_in_sweep(double after_middle_s,
 }
 
 void LidarOdometry::State::ask_accelerometer(const Interval& interval) noexcept {
-  constexpr std::int64_t kLatest_ns = 1LL << 62U;  // so that no sum overflows
-  if (stamp_ns > kLatest_ns || stamp_ns < -kLatest_ns || interval.seconds > kLongestPrediction_s) {
+  if (!may_ask_imu(interval.seconds)) {
     accelerometer.lose(0.0);  // the pose is known, but no acceleration since the last one
     return;
   }
@@ -269,12 +274,8 @@ void LidarOdometry::State::ask_accelerometer(const Interval& interval) noexcept 
   level(interval.seconds);
 }
 
-/// An IMU whose gyroscope contradicts the scans, now or in a twentieth of them, has other axes, or
-/// another clock.
 bool LidarOdometry::State::is_up_known() const noexcept {
-  constexpr std::uint64_t kContradictedShare = 20;
-  return accelerometer.is_known() && !gyroscope.is_contradicted() &&
-         kContradictedShare * statistics.scans_against_gyroscope <= statistics.scans_by_gyroscope;
+  return accelerometer.is_known() && !gyroscope.is_contradicted() && !statistics.imu_contradicted();
 }
 
 /// Takes back drift of roll and pitch: turns the odometry frame about the sensor, by what up has

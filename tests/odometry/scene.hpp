@@ -77,16 +77,16 @@ struct SweptScan {
 using SensorMotion = std::function<Pose(double)>;
 
 /// A sweep of 24 rings in the tenth of a second before the stamp, with a centimetre of noise.
-inline SweptScan sweep(const BoxScene& scene, const SensorMotion& motion, std::uint64_t seed = 1) {
+inline SweptScan sweep(const BoxScene& scene, const SensorMotion& motion, std::uint64_t seed = 1,
+                       int columns = 240) {
   constexpr int kRings = 24;
-  constexpr int kColumns = 240;
   Random random(seed);
   SweptScan scan;
-  for (int column = 0; column < kColumns; ++column) {
-    const double time_s = -0.1 + 0.1 * column / kColumns;
+  for (int column = 0; column < columns; ++column) {
+    const double time_s = -0.1 + 0.1 * column / columns;
     const Pose T_scene_sensor = motion(time_s);
     // Not along an axis: the slopes of the boxes' sides must be finite.
-    const double azimuth = 2.0 * 3.14159265 * (column + 0.31) / kColumns;
+    const double azimuth = 2.0 * 3.14159265 * (column + 0.31) / columns;
     for (int ring = 0; ring < kRings; ++ring) {
       const double elevation = -0.35 + 0.6 * (ring + 0.37) / kRings;
       const Eigen::Vector3d ray(std::cos(azimuth) * std::cos(elevation),

@@ -70,6 +70,13 @@ struct OdometryStatistics {
   std::uint32_t updates_of_up = 0;          ///< by two seconds of accelerations each
   std::uint32_t updates_in_g = 0;           ///< updates of up by samples in g, not in m/s²
   std::uint32_t updates_implausible = 0;    ///< not made: their mean is no gravity in either unit
+
+  /// Whether scans contradict the gyroscope so often (a twentieth of those it was asked for) that
+  /// the IMU has other axes, or another clock: its accelerometer is not used then.
+  [[nodiscard]] bool imu_contradicted() const noexcept {
+    constexpr std::uint64_t kShare = 20;
+    return kShare * scans_against_gyroscope > scans_by_gyroscope;
+  }
 };
 
 /// Registers each scan to a local map of those before. Bounded memory and loops: no heap, no locks,
@@ -109,8 +116,8 @@ class LidarOdometry {
   /// scans, to be told as above: specific forces, at rest 9.81 m/s² along up (those in g are taken
   /// for what they are). Optional. Those of the second before the first scan level its pose. Later
   /// ones, less the accelerations of the registered motion, tell up. By what it has drifted beyond
-  /// two sigma the odometry frame is turned back, slowly. Not used where the gyroscope is
-  /// contradicted.
+  /// two sigma the odometry frame is turned back, slowly. Not used while the gyroscope is
+  /// contradicted, nor where `imu_contradicted`.
   ///
   /// Refuses, counted and with nothing changed: what is not finite, or of 200 m/s² or more
   /// (`kInvalidPose`), and what is not later than the sample before (`kTimeReversed`). O(1).
