@@ -14,14 +14,16 @@ namespace {
 constexpr std::size_t kManyTriangles = 1U << 22U;
 
 // An entry's number has 32 bits.
-constexpr std::size_t kMostBlocks = std::size_t{1} << 28U;
+constexpr std::size_t kMostBlocks = std::size_t{1} << 29U;
 
-// Sixteen bytes in one register, on every processor that has such (compilers split them elsewhere).
+// A register of bytes, on every processor that has such (compilers split them elsewhere). A block
+// fills the lower half: the next narrower vectors are slower.
 using Bytes = std::uint8_t __attribute__((vector_size(16)));
 
-Bytes load(const std::uint8_t* from) noexcept {
-  Bytes bytes;
-  std::memcpy(&bytes, from, sizeof bytes);
+template <std::size_t kCount>
+Bytes load(const std::uint8_t (&from)[kCount]) noexcept {
+  Bytes bytes = {};
+  std::memcpy(&bytes, from, kCount);
   return bytes;
 }
 
@@ -32,16 +34,11 @@ Bytes count_ones(Bytes bits) noexcept {
   return (quads + (quads >> 4)) & 0x0F;
 }
 
-// One bit for every byte that is not zero where `bytes` holds 0 and 255 only.
+// One bit for every byte of the lower half that is not zero where `bytes` holds 0 and 255 only.
 std::uint32_t one_bit_each(Bytes bytes) noexcept {
-  std::uint64_t words[2];
-  std::memcpy(words, &bytes, sizeof words);
-  std::uint32_t bits = 0;
-  for (std::uint32_t half = 0; half < 2; ++half) {
-    const std::uint64_t gathered = (words[half] & 0x8040201008040201ULL) * 0x0101010101010101ULL;
-    bits |= static_cast<std::uint32_t>(gathered >> 56U) << (8U * half);
-  }
-  return bits;
+  std::uint64_t word;
+  std::memcpy(&word, &bytes, sizeof word);
+  return static_cast<std::uint32_t>((word & 0x8040201008040201ULL) * 0x0101010101010101ULL >> 56U);
 }
 
 // The newest block of every cell is partly filled: room for that. Of few triangles most have a cell
@@ -85,27 +82,40 @@ bool TriangleTable::insert(const Triangle& triangle, std::uint32_t slot) noexcep
   const std::uint64_t cell = cell_of(triangle);
   const std::uint32_t bucket = bucket_of(cell);
   if (stored_[bucket] >= max_bucket_) return false;
-  // A cell's newest block comes first in its chain, so the first one visited is the one with free
-  // slots.
+  // A cell's newest pair of blocks comes first in its chain, so the first one visited is the one
+  // with room.
   std::uint32_t with_room = heads_[bucket];
   while (with_room != 0 && blocks_[with_room].cell != cell) with_room = blocks_[with_room].next;
+  const bool is_paired = with_room != 0 && blocks_[with_room].has_second != 0;
+  if (with_room != 0) with_room = latest(with_room);
   if (with_room == 0 || blocks_[with_room].count == kBlock) {
-    std::uint32_t fresh = first_free_;
-    if (fresh != 0) {
-      first_free_ = blocks_[fresh].next;
-    } else if (first_fresh_ < block_count_) {
-      fresh = first_fresh_++;
-    } else {
-      return false;
-    }
-    blocks_[fresh].cell = cell;
-    blocks_[fresh].next = heads_[bucket];
-    blocks_[fresh].count = 0;
-    heads_[bucket] = with_room = fresh;
+    std::uint32_t& link = with_room == 0 || is_paired ? heads_[bucket] : blocks_[with_room].next;
+    const std::uint32_t fresh = take_block(cell, link);
+    if (fresh == 0) return false;
+    link = fresh;
+    if (&link != &heads_[bucket]) blocks_[with_room].has_second = 1;
+    with_room = fresh;
   }
   store(with_room, blocks_[with_room].count++, triangle, slot);
   ++stored_[bucket];
   return true;
+}
+
+std::uint32_t TriangleTable::take_block(std::uint64_t cell, std::uint32_t next) noexcept {
+  std::uint32_t fresh = first_free_;
+  if (fresh != 0) {
+    first_free_ = blocks_[fresh].next;
+  } else if (first_fresh_ < block_count_) {
+    fresh = first_fresh_++;
+  } else {
+    return 0;
+  }
+  Block& block = blocks_[fresh];
+  block.cell = cell;
+  block.next = next;
+  block.count = 0;
+  block.has_second = 0;
+  return fresh;
 }
 
 void TriangleTable::store(std::uint32_t block, std::uint32_t at, const Triangle& triangle,
@@ -115,21 +125,34 @@ void TriangleTable::store(std::uint32_t block, std::uint32_t at, const Triangle&
     blocks_[block].side_cm[i][at] = static_cast<std::uint8_t>(triangle.side_cm[i] % cell_cm_);
     blocks_[block].sketch[i][at] = triangle.sketch[i];
   }
-  entry.dots = 0;
+  entry.slot_and_dots = 0;
   for (std::uint32_t k = 0; k < 3; ++k) {
     const std::uint32_t dot = triangle.dot[k] >> (8 - kDotBits);
-    entry.dots = static_cast<std::uint16_t>(entry.dots | (dot << (kDotBits * k)));
+    entry.slot_and_dots =
+        static_cast<std::uint16_t>(entry.slot_and_dots | dot << (1 + kDotBits * k));
   }
-  entry.slot = slot;
+  set_slot(block * kBlock + at, slot);
   entry.heading = triangle.heading;
   entry.center_cm[0] = triangle.center_cm[0];
   entry.center_cm[1] = triangle.center_cm[1];
 }
 
+void TriangleTable::set_slot(std::uint32_t entry, std::uint32_t slot) noexcept {
+  Entry& stored = entries_[entry];
+  stored.low_slot = static_cast<std::uint16_t>(slot);
+  stored.slot_and_dots =
+      static_cast<std::uint16_t>((stored.slot_and_dots & ~1U) | (slot >> 16U & 1U));
+  Block& block = blocks_[entry / kBlock];
+  const std::uint32_t shift = kHighSlotBits * (entry % kBlock);
+  const std::uint32_t others = ~(((1U << kHighSlotBits) - 1) << shift);
+  constexpr std::uint32_t kAll = (1U << (kHighSlotBits * kBlock)) - 1;
+  block.high_slots = ((block.high_slots & others) | (slot >> kSlotBits) << shift) & kAll;
+}
+
 bool TriangleTable::holds(std::uint32_t block, std::uint32_t at, const Triangle& triangle,
                           std::uint32_t slot) const noexcept {
   const Entry& entry = entries_[block * kBlock + at];
-  bool same = entry.slot == slot && entry.heading == triangle.heading &&
+  bool same = slot_of(block * kBlock + at) == slot && entry.heading == triangle.heading &&
               entry.center_cm[0] == triangle.center_cm[0] &&
               entry.center_cm[1] == triangle.center_cm[1];
   for (int k = 0; k < 3; ++k) {
@@ -142,7 +165,8 @@ void TriangleTable::remove(const Triangle& triangle, std::uint32_t slot) noexcep
   if (block_count_ == 0) return;
   const std::uint64_t cell = cell_of(triangle);
   const std::uint32_t bucket = bucket_of(cell);
-  // Holes are filled from the cell's first block: the one that may have room stays the first.
+  // Holes are filled from the cell's first pair of blocks: the one that may have room stays the
+  // first.
   std::uint32_t newest = 0;
   std::uint32_t before_newest = 0;
   std::uint32_t before = 0;
@@ -154,12 +178,15 @@ void TriangleTable::remove(const Triangle& triangle, std::uint32_t slot) noexcep
     }
     for (std::uint32_t i = 0; i < blocks_[at].count; ++i) {
       if (!holds(at, i, triangle, slot)) continue;
-      move(newest, --blocks_[newest].count, at, i);
+      const std::uint32_t from = latest(newest);
+      if (from != newest) before_newest = newest;
+      move(from, --blocks_[from].count, at, i);
       --stored_[bucket];
-      if (blocks_[newest].count > 0) return;
-      (before_newest == 0 ? heads_[bucket] : blocks_[before_newest].next) = blocks_[newest].next;
-      blocks_[newest].next = first_free_;
-      first_free_ = newest;
+      if (blocks_[from].count > 0) return;
+      blocks_[newest].has_second = 0;
+      (before_newest == 0 ? heads_[bucket] : blocks_[before_newest].next) = blocks_[from].next;
+      blocks_[from].next = first_free_;
+      first_free_ = from;
       return;
     }
   }
@@ -171,7 +198,9 @@ void TriangleTable::move(std::uint32_t from, std::uint32_t last, std::uint32_t t
     blocks_[to].side_cm[k][hole] = blocks_[from].side_cm[k][last];
     blocks_[to].sketch[k][hole] = blocks_[from].sketch[k][last];
   }
+  const std::uint32_t slot = slot_of(from * kBlock + last);
   entries_[to * kBlock + hole] = entries_[from * kBlock + last];
+  set_slot(to * kBlock + hole, slot);
 }
 
 std::uint32_t TriangleTable::matches(const Block& block, const Window& window,

@@ -59,12 +59,19 @@ class TriangleTable {
     while (open > 0) {
       for (std::uint32_t c = 0; c < open;) {
         Chain& chain = chains[c];
-        const Block& block = blocks_[chain.at];
-        if (block.cell == chain.cell) {
-          if (found.count + kBlock > Found::kCapacity) visit_all(found, triangle, visit);
-          collect(chain.at, matches(block, chain.window, triangle), found);
+        const Block* block = &blocks_[chain.at];
+        if (block->cell == chain.cell) {
+          if (found.count + 2 * kBlock > Found::kCapacity) visit_all(found, triangle, visit);
+          collect(chain.at, matches(*block, chain.window, triangle), found);
         }
-        chain.at = block.next;
+        if (block->has_second != 0) {
+          const std::uint32_t second = block->next;
+          block = &blocks_[second];
+          if (block->cell == chain.cell) {
+            collect(second, matches(*block, chain.window, triangle), found);
+          }
+        }
+        chain.at = block->next;
         if (chain.at == 0) {
           chain = chains[--open];
         } else {
@@ -91,25 +98,31 @@ class TriangleTable {
   }
 
  private:
-  static constexpr std::uint32_t kBlock = 16;
+  static constexpr std::uint32_t kBlock = 8;
   static constexpr std::uint32_t kDotBits = 5;
   static constexpr std::int32_t kLargestDot = (1 << kDotBits) - 1;
-  static constexpr std::uint32_t kMaxCells = 27;  // that the tolerance around a triangle touches
-  // Up to 16 triangles of one cell: what decides whether they equal a query, attribute by
-  // attribute, so that one vector instruction compares one attribute of all. Two cache lines.
+  static constexpr std::uint32_t kMaxCells = 27;     // that the tolerance around a triangle touches
+  static constexpr std::uint32_t kSlotBits = 17;     // of those in an entry
+  static constexpr std::uint32_t kHighSlotBits = 3;  // the rest, in the block
+  static_assert(kSlotBits + kHighSlotBits == 20, "bits of the most `LoopSearchConfig::max_places`");
+  // Up to 8 triangles of one cell: what decides whether they equal a query, attribute by
+  // attribute, so that one vector instruction compares one attribute of all. One cache line. A pair
+  // of blocks is filled before a cell begins another one, which comes first in the chain.
   struct alignas(64) Block {
     std::uint64_t cell;
-    std::uint32_t next;               // 0 ends the chain
-    std::uint32_t count;              // triangles in the block
+    std::uint32_t next;            // 0 ends the chain
+    std::uint32_t count : 7;       // triangles in the block
+    std::uint32_t has_second : 1;  // the next block goes with it: it was begun when this was full
+    std::uint32_t high_slots : kHighSlotBits* kBlock;
     std::uint8_t side_cm[3][kBlock];  // above the lower end of the cell
     std::uint8_t sketch[3][kBlock];
   };
-  // What is read of those that do. The triangle at position i of block b has entry 16 b + i.
+  // What is read of those that do. The triangle at position i of block b has entry 8 b + i.
   struct Entry {
-    std::uint32_t slot;
+    std::uint16_t low_slot;       // 16 bits
+    std::uint16_t slot_and_dots;  // one bit more, and three products of normals, 5 bits each
     std::uint16_t heading;
     std::int16_t center_cm[2];
-    std::uint16_t dots;  // three products of normals, 5 bits each
   };
   // Which offsets within a cell are within tolerance of a query.
   struct Window {
@@ -123,10 +136,7 @@ class TriangleTable {
     std::uint32_t entry[kCapacity];
   };
 
-  void prefetch(std::uint32_t block) const noexcept {
-    prefetch_for_read(&blocks_[block]);
-    prefetch_for_read(blocks_[block].sketch);
-  }
+  void prefetch(std::uint32_t block) const noexcept { prefetch_for_read(&blocks_[block]); }
   void collect(std::uint32_t block, std::uint32_t hits, Found& found) const noexcept {
     for (; hits != 0; hits &= hits - 1) {
       const std::uint32_t entry =
@@ -138,7 +148,7 @@ class TriangleTable {
   template <typename Visitor>
   void visit_all(Found& found, const Triangle& triangle, Visitor&& visit) const noexcept {
     for (std::uint32_t i = 0; i < found.count; ++i) {
-      visit(entry_at(entries_[found.entry[i]], triangle));
+      visit(entry_at(found.entry[i], triangle));
     }
     found.count = 0;
   }
@@ -185,17 +195,33 @@ class TriangleTable {
   [[nodiscard]] std::uint32_t bucket_of(std::uint64_t cell) const noexcept {
     return static_cast<std::uint32_t>(mix_bits(cell)) & bucket_mask_;
   }
+  // Takes a free block, whose chain goes on with `next`; 0 if there is none.
+  std::uint32_t take_block(std::uint64_t cell, std::uint32_t next) noexcept;
+  // The block of a cell's newest pair that has its latest triangle.
+  [[nodiscard]] std::uint32_t latest(std::uint32_t first) const noexcept {
+    return blocks_[first].has_second != 0 ? blocks_[first].next : first;
+  }
   void store(std::uint32_t block, std::uint32_t at, const Triangle& triangle,
              std::uint32_t slot) noexcept;
   [[nodiscard]] bool holds(std::uint32_t block, std::uint32_t at, const Triangle& triangle,
                            std::uint32_t slot) const noexcept;
   void move(std::uint32_t from, std::uint32_t last, std::uint32_t to, std::uint32_t hole) noexcept;
-  [[nodiscard]] TriangleEntry entry_at(const Entry& stored,
+  [[nodiscard]] std::uint32_t slot_of(std::uint32_t entry) const noexcept {
+    const Entry& stored = entries_[entry];
+    const std::uint32_t high =
+        blocks_[entry / kBlock].high_slots >> (kHighSlotBits * (entry % kBlock));
+    return stored.low_slot | (stored.slot_and_dots & 1U) << 16U |
+           (high & ((1U << kHighSlotBits) - 1)) << kSlotBits;
+  }
+  void set_slot(std::uint32_t entry, std::uint32_t slot) noexcept;
+  [[nodiscard]] TriangleEntry entry_at(std::uint32_t number,
                                        const Triangle& triangle) const noexcept {
-    TriangleEntry entry{stored.slot, stored.heading, {stored.center_cm[0], stored.center_cm[1]}, 0};
+    const Entry& stored = entries_[number];
+    TriangleEntry entry{
+        slot_of(number), stored.heading, {stored.center_cm[0], stored.center_cm[1]}, 0};
     for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::int32_t difference =
-          ((stored.dots >> (kDotBits * k)) & kLargestDot) - (triangle.dot[k] >> (8 - kDotBits));
+      const std::int32_t difference = ((stored.slot_and_dots >> (1 + kDotBits * k)) & kLargestDot) -
+                                      (triangle.dot[k] >> (8 - kDotBits));
       const bool agrees = difference <= dot_tolerance_ && difference >= -dot_tolerance_;
       entry.agreeing_dots = static_cast<std::uint8_t>(entry.agreeing_dots + (agrees ? 1 : 0));
     }
@@ -208,7 +234,7 @@ class TriangleTable {
   std::uint32_t* heads_ = nullptr;   // 0 is an empty bucket: block 0 is never used
   std::uint32_t* stored_ = nullptr;  // entries of every bucket
   Block* blocks_ = nullptr;
-  Entry* entries_ = nullptr;  // 16 per block
+  Entry* entries_ = nullptr;  // `kBlock` per block
   std::uint32_t block_count_ = 0;
   std::uint32_t first_free_ = 0;   // free blocks form a chain
   std::uint32_t first_fresh_ = 1;  // blocks from here on were never used
