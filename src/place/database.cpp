@@ -36,7 +36,8 @@ void PlaceDatabase::State::allocate(Arena& arena, const LoopSearchConfig& config
   thinning_.allocate(arena, config.max_places);
   vertices_ = arena.allocate<Eigen::Vector3f>(places * shape.max_keypoints);
   codes_ = arena.allocate<std::uint64_t>(places * shape.max_keypoints);
-  planes_ = arena.allocate<StoredPlane>(places * shape.max_planes);
+  centers_ = arena.allocate<StoredCenter>(places * shape.max_planes);
+  normals_ = arena.allocate<StoredNormal>(places * shape.max_planes);
   keypoints_.allocate(arena, shape.max_keypoints);
   triangles_.allocate(arena, config.triangles.max_triangles);
   votes_.allocate(arena, config);
@@ -84,16 +85,16 @@ void PlaceDatabase::State::insert(const PlaceView& place, KeyframeId id,
     codes_[first + stored.keypoints] = keypoint.occupancy;
     ++stored.keypoints;
   }
-  StoredPlane* planes = planes_ + std::size_t{slot} * shape_.max_planes;
+  const std::size_t first_plane = std::size_t{slot} * shape_.max_planes;
   for (const PlanePatch& patch : place.planes) {
     if (!are_finite(patch.center, patch.normal) || stored.planes >= shape_.max_planes) {
       ++dropped_;
       continue;
     }
-    StoredPlane& plane = planes[stored.planes++];
+    const std::size_t plane = first_plane + stored.planes++;
     for (int axis = 0; axis < 3; ++axis) {
-      plane.center_cm[axis] = centimetres(patch.center(axis));
-      plane.normal[axis] = unit_fraction(patch.normal(axis));
+      centers_[plane].cm[axis] = centimetres(patch.center(axis));
+      normals_[plane].of[axis] = unit_fraction(patch.normal(axis));
     }
   }
   build_triangles(keypoints_.view(), config_.triangles, triangles_);

@@ -43,11 +43,12 @@ class PlaceDatabase::State {
   // Two poses relative to one place are the same within this, metres.
   static constexpr float kSamePose = 1.6F;
 
-  // A plane in 10 bytes: centimetres and 1/127.
-  struct StoredPlane {
-    std::int16_t center_cm[3];
-    std::int8_t normal[3];
-    std::int8_t reserved;
+  // A plane in 9 bytes: its centre in centimetres, and its normal in 1/127.
+  struct StoredCenter {
+    std::int16_t cm[3];
+  };
+  struct StoredNormal {
+    std::int8_t of[3];
   };
   struct StoredPlace {
     KeyframeId id;
@@ -121,7 +122,8 @@ class PlaceDatabase::State {
   StoredPlace* places_ = nullptr;
   Eigen::Vector3f* vertices_ = nullptr;  // positions of keypoints, max_keypoints per place
   std::uint64_t* codes_ = nullptr;       // their occupancy, likewise
-  StoredPlane* planes_ = nullptr;        // max_planes per place
+  StoredCenter* centers_ = nullptr;      // of planes, max_planes per place
+  StoredNormal* normals_ = nullptr;      // likewise
   std::uint32_t capacity_ = 0;
   std::uint32_t size_ = 0;
   PlaceThinning thinning_;

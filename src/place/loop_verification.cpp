@@ -172,12 +172,12 @@ void PlaceDatabase::State::refine(Hypothesis& hypothesis) noexcept {
 
 void PlaceDatabase::State::load_planes(std::uint32_t slot) noexcept {
   match_planes_.clear();
-  const StoredPlane* planes = planes_ + std::size_t{slot} * shape_.max_planes;
-  for (std::uint32_t i = 0; i < places_[slot].planes; ++i) {
+  const std::size_t first = std::size_t{slot} * shape_.max_planes;
+  for (std::size_t plane = first; plane < first + places_[slot].planes; ++plane) {
     PlanePatch patch;
     for (int axis = 0; axis < 3; ++axis) {
-      patch.center(axis) = static_cast<float>(planes[i].center_cm[axis]) * 0.01F;
-      patch.normal(axis) = static_cast<float>(planes[i].normal[axis]);
+      patch.center(axis) = static_cast<float>(centers_[plane].cm[axis]) * 0.01F;
+      patch.normal(axis) = static_cast<float>(normals_[plane].of[axis]);
     }
     const float norm = patch.normal.norm();
     if (!(norm > 0.0F)) continue;
