@@ -22,13 +22,23 @@ void Pipeline::State::allocate(Arena& arena) noexcept {
   removal.allocate(arena);
   finisher.allocate(arena);
   // Nothing reads the sums of the cells once they lie in the table, and nothing the table once
-  // the rest of a keyframe is begun, which is finished before the next table is built.
+  // the rest of a keyframe is begun, which is finished before the next table is built. Labels, and
+  // unless `deferred` the cells of a keyframe, are valid until the next scan comes; they are
+  // written once components are classified.
+  const auto allocate_cells = [&] { output.allocate_cells(arena, config); };
   arena.share([&] { builder.allocate_cells(arena, config); },
-              [&] { removal.allocate_scratch(arena); });
+              [&] {
+                removal.allocate_scratch(arena);
+                output.allocate_labels(arena, config);
+                arena.share([&] { removal.allocate_components(arena); },
+                            [&] {
+                              if (!config.deferred) allocate_cells();
+                            });
+              });
   arena.share([&] { removal.allocate_table(arena); }, [&] { finisher.allocate_scratch(arena); });
+  if (config.deferred) allocate_cells();
   window.allocate(arena, config);
   gravity_planes.allocate(arena);
-  output.allocate(arena, config);
   window.blocks().before_early_eviction(finish_labels, this);
 }
 

@@ -19,17 +19,20 @@ std::uint16_t saturated(std::uint32_t points) noexcept {
 
 }  // namespace
 
-void KeyframeOutput::allocate(Arena& arena, const PipelineConfig& config) noexcept {
+void KeyframeOutput::allocate_labels(Arena& arena, const PipelineConfig& config) noexcept {
   ground_ = config.ground;
   executor_ = config.executor;
   slice_blocks_ = slice_size(config, 4096, executor_.workers);
   feet_.allocate(arena, config);
-  cells_ = arena.allocate<FineCell>(config.voxel.max_cells);
-  cells_before_ = config.deferred ? arena.allocate<FineCell>(config.voxel.max_cells) : cells_;
   entries_ = static_cast<std::uint32_t>(CellStore::max_entries(config.voxel));
   dynamic_from_ = arena.allocate<std::uint32_t>(std::size_t{entries_} / 2 + 1);
   width_ = widest_vectors();
+}
+
+void KeyframeOutput::allocate_cells(Arena& arena, const PipelineConfig& config) noexcept {
   capacity_ = config.voxel.max_cells;
+  cells_ = arena.allocate<FineCell>(capacity_);
+  cells_before_ = config.deferred ? arena.allocate<FineCell>(capacity_) : cells_;
 }
 
 void KeyframeOutput::begin(const BlockWindow& window, const CellTable& cells,

@@ -20,7 +20,10 @@ namespace unimapper::onboard {
 /// Turns decided cells into labels of points and into cells of the levelled keyframe frame.
 class KeyframeOutput {
  public:
-  void allocate(Arena& arena, const PipelineConfig& config) noexcept;
+  /// What is in use from `begin` on, labels until the keyframe's scans are forgotten, cells as long
+  /// as the view of it is valid.
+  void allocate_labels(Arena& arena, const PipelineConfig& config) noexcept;
+  void allocate_cells(Arena& arena, const PipelineConfig& config) noexcept;
 
   /// Begins to convert the table's cells, all of which are labelled. With `deferred`, the cells of
   /// the keyframe before stay as they are, wherever a view of it points to. `intensities`: as of

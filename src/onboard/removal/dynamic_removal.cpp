@@ -13,7 +13,6 @@ void DynamicRemoval::allocate_scratch(Arena& arena) noexcept {
   voxels_.allocate(arena, config_.voxel);
   transparent_.allocate(arena, config_);
   levels_.allocate(arena, config_);
-  classifier_.allocate(arena, config_);
 }
 
 void DynamicRemoval::begin(const Grid& grid, const Viewpoint& viewpoint) noexcept {

@@ -26,9 +26,10 @@ class DynamicRemoval {
   explicit DynamicRemoval(const PipelineConfig& config) noexcept : config_(config) {}
   void allocate(Arena& arena) noexcept;
   /// What is in use only from the layout of a keyframe's cells until its labels are written down:
-  /// the table of the cells, and what works on it.
+  /// the table of the cells, and what works on it; of that, components until all are classified.
   void allocate_table(Arena& arena) noexcept { cells_.allocate(arena, config_.voxel); }
   void allocate_scratch(Arena& arena) noexcept;
+  void allocate_components(Arena& arena) noexcept { classifier_.allocate(arena, config_); }
 
   /// Begins with the keyframe whose cells these are, and which is the window's current one. No
   /// cell or block is added until all slices are done. O(1).
