@@ -23,8 +23,9 @@ void BlockWindow::allocate(Arena& arena, const PipelineConfig& config) noexcept 
   slots_ = config.removal.window + 1;
   capacity_ = config.voxel.max_window_blocks;
   max_entered_ = config.voxel.max_blocks();
-  // On surfaces a tile holds seven blocks and more, with every sensor measured.
-  tile_capacity_ = std::max(capacity_ / 6, 64U);
+  // On surfaces a tile holds nine blocks and more, with every sensor measured. Where there is room
+  // for few, they may lie apart.
+  tile_capacity_ = std::max({capacity_ / 8, std::min(capacity_ / 6, 2048U), 64U});
   free_ = arena.allocate<std::uint32_t>(capacity_);
   held_ = arena.allocate<Held>(capacity_);
   number_ = arena.allocate<std::uint32_t>(capacity_);
@@ -37,7 +38,6 @@ void BlockWindow::allocate(Arena& arena, const PipelineConfig& config) noexcept 
   position_of_number_ = arena.allocate<std::uint32_t>(max_entered_);
   number_before_ = arena.allocate<std::uint32_t>(max_entered_);
   decided_ = arena.allocate<BlockHistory>(max_entered_);
-  decided_before_ = arena.allocate<BlockHistory>(max_entered_);
   for (std::uint32_t i = 0; i < slots_; ++i) {
     entered_[i].entries = arena.allocate<std::uint32_t>(max_entered_);
   }
@@ -213,7 +213,6 @@ void BlockWindow::advance() noexcept {
   }
   ++keyframe_;
   entered_count_ = entered_tile_count_ = 0;
-  std::swap(decided_, decided_before_);
   current_ = (current_ + 1) % slots_;
   earlier_ = std::min(earlier_ + 1, slots_ - 1);
   evict(entered_[current_]);

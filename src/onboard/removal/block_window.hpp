@@ -137,10 +137,11 @@ class BlockWindow {
   /// What the keyframe before decided about a block.
   [[nodiscard]] BlockHistory before(std::uint32_t number) const noexcept {
     const std::uint32_t then = number_before_[number];
-    return then != kNone && earlier_ > 0 ? decided_before_[then] : BlockHistory{0, 0, 0, 0};
+    return then != kNone && earlier_ > 0 ? decided_[then] : BlockHistory{0, 0, 0, 0};
   }
 
-  /// Records what was decided about a block.
+  /// Records what was decided about a block. From the first one on, nothing says any more what was
+  /// decided `before`.
   void record(std::uint32_t number, const BlockHistory& decided) noexcept {
     decided_[number] = decided;
   }
@@ -238,8 +239,7 @@ class BlockWindow {
   std::uint32_t* order_ = nullptr;               ///< by number
   std::uint32_t* position_of_number_ = nullptr;  ///< as `Held::position`, by number
   std::uint32_t* number_before_ = nullptr;  ///< by number: that in the keyframe before, or none
-  BlockHistory* decided_ = nullptr;         ///< by number
-  BlockHistory* decided_before_ = nullptr;  ///< by number in the keyframe before
+  BlockHistory* decided_ = nullptr;         ///< by number in the keyframe before, until `record`
   Entered entered_[RemovalConfig::kMaxWindow + 1] = {};
 
   // Blocks: fresh ones from the front, then those that were freed.

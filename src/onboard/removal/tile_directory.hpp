@@ -10,8 +10,8 @@
 
 namespace unimapper::onboard {
 
-/// Open-addressing table from the key of a tile to its number, at most half full. Keys lie in the
-/// slots themselves: a look-up is one cache miss. At most `kMaxProbes` slots are looked at.
+/// Open-addressing table from the key of a tile to its number, at most two thirds full. Keys lie in
+/// the slots themselves: a look-up is one cache miss. At most `kMaxProbes` slots are looked at.
 class TileDirectory {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
@@ -20,7 +20,7 @@ class TileDirectory {
   static constexpr std::uint32_t kMaxProbes = 64;
 
   void allocate(Arena& arena, std::uint32_t capacity) noexcept {
-    const std::size_t slots = std::bit_ceil(std::size_t{capacity} * 2);
+    const std::size_t slots = std::bit_ceil(std::size_t{capacity} * 3 / 2);
     slots_ = arena.allocate<Slot>(slots);
     mask_ = slots - 1;
     generation_ = 1;
