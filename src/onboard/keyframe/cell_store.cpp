@@ -7,9 +7,12 @@ namespace unimapper::onboard {
 
 void CellStore::allocate(Arena& arena, const VoxelConfig& config) noexcept {
   capacity_ = config.max_cells;
+  max_groups_ = static_cast<std::uint32_t>(max_entries(config) / kGroup);
+  // One for every 54 cells is needed, with every sensor measured.
+  max_large_ = capacity_ / 24;
   occupied_ = arena.allocate<std::uint64_t>(config.max_blocks());
   blocks_ = arena.allocate<BlockCells>(config.max_blocks());
-  large_ = arena.allocate<LargeBlock>(config.max_cells / (kFew + 1));
+  large_ = arena.allocate<LargeBlock>(max_large_);
   sums_ = arena.allocate<CellSums>(max_entries(config));
 }
 
@@ -23,9 +26,11 @@ void CellStore::add_block(const VoxelIndex& index) noexcept {
 }
 
 std::uint32_t CellStore::insert(std::uint32_t block, std::uint32_t bit) noexcept {
-  if (size_ == capacity_) return kNone;
   BlockCells& cells = blocks_[block];
   const std::uint32_t rank = popcount(occupied_[block]);
+  const bool has_room = size_ < capacity_ && (rank % kGroup != 0 || groups_ < max_groups_) &&
+                        (rank != kFew || large_count_ < max_large_);
+  if (!has_room) return kNone;
   occupied_[block] |= std::uint64_t{1} << bit;
   cells.low_rank[bit / 2] |= static_cast<std::uint8_t>(rank % kFew << (bit % 2 * 4U));
   if (rank < kFew) {

@@ -45,7 +45,7 @@ class CellStore {
   /// Appends a block without cells. There must be less than `VoxelConfig::max_blocks()`.
   void add_block(const VoxelIndex& index) noexcept;
 
-  /// Entry of cell `bit` of a block, made if it was not there; `kNone` if all cells are taken.
+  /// Entry of cell `bit` of a block, made if it was not there; `kNone` if there is no room for it.
   std::uint32_t find_or_insert(std::uint32_t block, std::uint32_t bit) noexcept {
     return (occupied_[block] >> bit & 1U) != 0 ? entry(block, bit) : insert(block, bit);
   }
@@ -93,9 +93,10 @@ class CellStore {
   [[nodiscard]] std::uint32_t entries() const noexcept { return groups_ * kGroup; }
   /// Entries are never this or more.
   [[nodiscard]] static std::size_t max_entries(const VoxelConfig& config) noexcept {
-    // Every block may leave three slots of its last group empty.
-    const std::size_t blocks = config.max_blocks();
-    return (std::size_t{config.max_cells} + blocks * (kGroup - 1) + kGroup - 1) / kGroup * kGroup;
+    // A block leaves some slots of its last group empty: 0.3 for each cell with an OS2-128. With
+    // sensors whose cells lie farther apart it is 0.6, but their cells are half as many as there is
+    // room for.
+    return (std::size_t{config.max_cells} + config.max_cells / 2 + kGroup - 1) / kGroup * kGroup;
   }
 
  private:
@@ -126,6 +127,8 @@ class CellStore {
   std::uint32_t insert(std::uint32_t block, std::uint32_t bit) noexcept;
 
   std::uint32_t capacity_ = 0;
+  std::uint32_t max_groups_ = 0;
+  std::uint32_t max_large_ = 0;
   std::uint32_t size_ = 0;
   std::uint32_t groups_ = 0;
   std::uint32_t block_count_ = 0;

@@ -14,7 +14,9 @@ void ComponentClassifier::allocate(Arena& arena, const PipelineConfig& config) n
   shared_slice_blocks_ = slice_size(config, 4096, executor_.workers);
   slice_blocks_ = slice_size(config, 4096, 1);
   confirmed_static_ = in_thousandths(std::min(config.removal.confirmed_static_log_odds, 30.0F));
-  const std::size_t max_parts = config.voxel.max_blocks() * 2;
+  // Blocks have 1.3 parts each at most, with every sensor measured, and are no more than 0.6 of
+  // those there is room for.
+  const std::size_t max_parts = config.voxel.max_blocks() + config.voxel.max_blocks() / 2;
   labels_.allocate(arena, config.voxel.max_blocks(), max_parts);
   tally_ = arena.allocate<ComponentTally>(max_parts);
   outcome_ = arena.allocate<Outcome>(max_parts);

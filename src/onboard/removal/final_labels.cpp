@@ -117,14 +117,14 @@ void FinalLabels::allocate(Arena& arena, const PipelineConfig& config) noexcept 
   confirmed_static_ = in_thousandths(std::min(config.removal.confirmed_static_log_odds, 30.0F));
   stride_ = std::max(1U, config.free_space.images_per_keyframe / kImagesPerKeyframe);
   // Most blocks hold nothing but ground and confirmed static cells. With a window of ten there is
-  // room for a third of a keyframe's blocks.
+  // room for two fifths of a keyframe's blocks.
   keyframe_capacity_ = config.removal.window + 1;
-  capacity_ = std::max(4 * config.voxel.max_blocks(), keyframe_capacity_);
+  capacity_ = std::max(config.voxel.max_cells, keyframe_capacity_);
   open_ = arena.allocate<OpenBlock>(capacity_);
   executor_ = config.executor;
   slice_cells_ = slice_size(config, kGroup, executor_.workers);
   groups_ = arena.allocate<Group>(executor_.workers);
-  changed_.allocate(arena, config.voxel.max_blocks() / 4 + 1);
+  changed_.allocate(arena, config.voxel.max_cells / 16 + 1);
 }
 
 void FinalLabels::drop_oldest() noexcept {
