@@ -33,8 +33,11 @@ class PlaceDescriber::State {
  public:
   void allocate(Arena& arena, const DescriptorConfig& config,
                 const DescriptorInput& input) noexcept;
-  void allocate_scratch(Arena& arena, const DescriptorInput& input) noexcept {
+  void allocate_scratch(Arena& arena, const DescriptorConfig& config,
+                        const DescriptorInput& input) noexcept {
     structure_cells_.allocate(arena, input.max_cells);
+    ground_.allocate(arena, config);
+    planes_.allocate_scratch(arena, config);
   }
   void begin(std::span<const FineCell> cells) noexcept;
   bool step() noexcept;
@@ -97,7 +100,6 @@ void PlaceDescriber::State::allocate(Arena& arena, const DescriptorConfig& confi
   executor_ = input.executor;
   halves_ = executor_.workers > 1 ? 2 : 1;
   keypoints_.allocate(arena, config.max_keypoints);
-  ground_.allocate(arena, config);
   planes_.allocate(arena, config, input.voxel_size_m);
   structure_.allocate(arena, config);
   dropped_ = 0;
@@ -305,7 +307,7 @@ void PlaceDescriber::State::select_keypoints() noexcept {
 void PlaceDescriber::allocate(Arena& arena, const DescriptorConfig& config,
                               const DescriptorInput& input) noexcept {
   allocate_kept(arena, config, input);
-  allocate_scratch(arena, input);
+  allocate_scratch(arena, config, input);
 }
 
 void PlaceDescriber::allocate_kept(Arena& arena, const DescriptorConfig& config,
@@ -313,9 +315,10 @@ void PlaceDescriber::allocate_kept(Arena& arena, const DescriptorConfig& config,
   state_ = create_in<State>(arena, config, input);
 }
 
-void PlaceDescriber::allocate_scratch(Arena& arena, const DescriptorInput& input) noexcept {
+void PlaceDescriber::allocate_scratch(Arena& arena, const DescriptorConfig& config,
+                                      const DescriptorInput& input) noexcept {
   State measured;
-  (state_ == nullptr ? measured : *state_).allocate_scratch(arena, input);
+  (state_ == nullptr ? measured : *state_).allocate_scratch(arena, config, input);
 }
 
 PlaceView PlaceDescriber::describe(std::span<const FineCell> cells) noexcept {

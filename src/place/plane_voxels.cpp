@@ -44,15 +44,18 @@ bool comes_first(const PlanePatch& a, const PlanePatch& b) noexcept {
 void PlaneVoxels::allocate(Arena& arena, const DescriptorConfig& config,
                            float voxel_size_m) noexcept {
   voxel_size_m_ = voxel_size_m;
+  planes_.allocate(arena, config.max_planes);
+}
+
+void PlaneVoxels::allocate_scratch(Arena& arena, const DescriptorConfig& config) noexcept {
   voxels_.allocate(arena, config.max_voxels);
   all_.allocate(arena, config.max_voxels);
   order_.allocate(arena, config.max_voxels);
-  planes_.allocate(arena, config.max_planes);
 }
 
 void PlaneVoxels::begin() noexcept {
   dropped_ = 0;
-  voxels_.clear();
+  voxels_.reset();
   all_.clear();
   order_.clear();
   planes_.clear();

@@ -26,6 +26,8 @@ namespace unimapper::place {
 class PlaneVoxels {
  public:
   void allocate(Arena& arena, const DescriptorConfig& config, float voxel_size_m) noexcept;
+  /// Takes, after `allocate`, what is in use only from `begin` until the last normal is asked for.
+  void allocate_scratch(Arena& arena, const DescriptorConfig& config) noexcept;
 
   /// Begins anew. What follows may be spread over any number of calls, in this order: all cells
   /// collected, all voxels fitted, then the planes selected. Independent of the cells' order as

@@ -24,7 +24,8 @@ class PlaceDescriber {
                      const DescriptorInput& input) noexcept;
   /// Takes, after `allocate_kept`, what is in use only from the beginning of a description to its
   /// last step.
-  void allocate_scratch(Arena& arena, const DescriptorInput& input) noexcept;
+  void allocate_scratch(Arena& arena, const DescriptorConfig& config,
+                        const DescriptorInput& input) noexcept;
 
   /// Describes one keyframe. The view stays valid until the next description begins. Bounded by
   /// the configured capacities; what did not fit is in `dropped()`.

@@ -23,7 +23,7 @@ class KeyframeFinisher {
   void allocate(Arena& arena) noexcept;
   /// After that: what is in use only from `begin` to the last step.
   void allocate_scratch(Arena& arena) noexcept {
-    describer_.allocate_scratch(arena, config_.descriptor_input());
+    describer_.allocate_scratch(arena, config_.descriptor, config_.descriptor_input());
   }
 
   /// The odometry was restarted. The window forgets first.
