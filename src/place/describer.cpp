@@ -38,6 +38,7 @@ class PlaceDescriber::State {
     structure_cells_.allocate(arena, input.max_cells);
     ground_.allocate(arena, config);
     planes_.allocate_scratch(arena, config);
+    structure_.allocate(arena, config);
   }
   void begin(std::span<const FineCell> cells) noexcept;
   bool step() noexcept;
@@ -101,7 +102,6 @@ void PlaceDescriber::State::allocate(Arena& arena, const DescriptorConfig& confi
   halves_ = executor_.workers > 1 ? 2 : 1;
   keypoints_.allocate(arena, config.max_keypoints);
   planes_.allocate(arena, config, input.voxel_size_m);
-  structure_.allocate(arena, config);
   dropped_ = 0;
 }
 

@@ -94,7 +94,7 @@ void StructureMap::allocate(Arena& arena, const DescriptorConfig& config) noexce
 void StructureMap::begin() noexcept {
   corners_.clear();
   corners_.reset_refused();
-  if (width_ > 0) clear_last();
+  clear();
 }
 
 void StructureMap::run_pass(std::uint32_t pass, const Executor& executor) noexcept {
@@ -132,13 +132,12 @@ void StructureMap::for_each_block(const Executor& executor, const Work& work) co
   });
 }
 
-// Everything outside the blocks reached last time is zero already.
-void StructureMap::clear_last() noexcept {
-  for_each_block({}, [this](std::int32_t first) {
-    std::fill_n(counts_ + first, kBlock, 0);
-    std::fill_n(masks_ + first, kBlock, std::uint64_t{0});
-    for (float* field : {xx_, xy_, yy_, scratch_}) std::fill_n(field + first, kBlock, 0.0F);
-  });
+// Others may have used the memory.
+void StructureMap::clear() noexcept {
+  const std::int32_t count = width_ * width_;
+  std::fill_n(counts_, count, 0);
+  std::fill_n(masks_, count, std::uint64_t{0});
+  for (float* field : {xx_, xy_, yy_, scratch_}) std::fill_n(field, count, 0.0F);
   std::fill_n(occupied_, width_ * blocks_, std::uint8_t{0});
 }
 

@@ -37,8 +37,7 @@ class StructureMap {
   void allocate(Arena& arena, const DescriptorConfig& config) noexcept;
 
   /// Begins anew. What follows may be spread over any number of calls: all cells accumulated, then
-  /// every pass. Independent of the cells' order. Cost: linear in the part of the grid that was
-  /// near any cell.
+  /// every pass. Independent of the cells' order. Cost: O(columns of the grid).
   void begin() noexcept;
   /// Adds cells that are not ground. O(cells).
   void accumulate(std::span<const FineCell> structure, const LocalGround& ground) noexcept;
@@ -67,7 +66,7 @@ class StructureMap {
   // Rows are worked on in blocks of so many columns.
   static constexpr std::int32_t kBlock = 8;
 
-  void clear_last() noexcept;
+  void clear() noexcept;
   void mark_reach() noexcept;
   template <typename Work>
   void for_each_block(const Executor& executor, const Work& work) const noexcept;
