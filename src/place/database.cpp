@@ -40,7 +40,7 @@ void PlaceDatabase::State::allocate(Arena& arena, const LoopSearchConfig& config
   normals_ = arena.allocate<StoredNormal>(places * shape.max_planes);
   keypoints_.allocate(arena, shape.max_keypoints);
   triangles_.allocate(arena, config.triangles.max_triangles);
-  votes_.allocate(arena, config);
+  votes_.allocate_kept(arena, config);
   hypotheses_.allocate(arena, PoseVotes::max_peaks(config));
   match_planes_.allocate(arena, shape.max_planes);
   pairs_.allocate(arena, shape.max_keypoints);
@@ -207,7 +207,18 @@ void PlaceDatabase::State::keep(const LoopCandidate& result) noexcept {
 
 void PlaceDatabase::allocate(Arena& arena, const LoopSearchConfig& config,
                              const PlaceShape& shape) noexcept {
+  allocate_kept(arena, config, shape);
+  allocate_scratch(arena, config);
+}
+
+void PlaceDatabase::allocate_kept(Arena& arena, const LoopSearchConfig& config,
+                                  const PlaceShape& shape) noexcept {
   state_ = create_in<State>(arena, config, shape);
+}
+
+void PlaceDatabase::allocate_scratch(Arena& arena, const LoopSearchConfig& config) noexcept {
+  State measured;
+  (state_ == nullptr ? measured : *state_).allocate_scratch(arena, config);
 }
 
 void PlaceDatabase::insert(const PlaceView& place, KeyframeId id,

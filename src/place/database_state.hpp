@@ -25,6 +25,9 @@ using namespace place;
 class PlaceDatabase::State {
  public:
   void allocate(Arena& arena, const LoopSearchConfig& config, const PlaceShape& shape) noexcept;
+  void allocate_scratch(Arena& arena, const LoopSearchConfig& config) noexcept {
+    votes_.allocate_scratch(arena, config);
+  }
   void insert(const PlaceView& place, KeyframeId id, const Pose& T_session_place) noexcept;
   void begin_search(const PlaceView& query, KeyframeId query_id, const SearchScope& scope) noexcept;
   bool search_step() noexcept;

@@ -35,18 +35,8 @@ std::size_t PoseVotes::max_peaks(const LoopSearchConfig& config) noexcept {
   return std::min<std::size_t>(kMostKept, config.max_matches) / 2;
 }
 
-void PoseVotes::allocate(Arena& arena, const LoopSearchConfig& config) noexcept {
-  votes_.allocate(arena, config.max_matches);
-  const std::size_t cells = std::bit_ceil(std::size_t{4} * config.max_matches);
-  for (std::uint8_t*& counts : counts_) counts = arena.allocate<std::uint8_t>(cells);
-  cells_ = arena.allocate<Cells>(config.max_matches);
-  const std::size_t kept = std::min<std::size_t>(kMostKept, config.max_matches);
-  kept_.allocate(arena, kept);
-  next_ = arena.allocate<std::uint32_t>(kept);
+void PoseVotes::allocate_kept(Arena& arena, const LoopSearchConfig& config) noexcept {
   chain_of_ = arena.allocate<std::uint32_t>(config.max_places);
-  chains_.allocate(arena, kept);
-  samples_.allocate(arena, kVotesPerPlace);
-  peaks_.allocate(arena, max_peaks(config));
   cosines_ = arena.allocate<float>(kTurnSteps);
   if (cosines_ == nullptr) return;
   for (std::uint32_t i = 0; i < kTurnSteps; ++i) {
@@ -55,6 +45,19 @@ void PoseVotes::allocate(Arena& arena, const LoopSearchConfig& config) noexcept 
     const double folded = degrees <= 180.0 ? 90.0 - degrees : degrees - 270.0;
     cosines_[i] = static_cast<float>(sin_deg(folded));
   }
+}
+
+void PoseVotes::allocate_scratch(Arena& arena, const LoopSearchConfig& config) noexcept {
+  votes_.allocate(arena, config.max_matches);
+  const std::size_t cells = std::bit_ceil(std::size_t{4} * config.max_matches);
+  for (std::uint8_t*& counts : counts_) counts = arena.allocate<std::uint8_t>(cells);
+  cells_ = arena.allocate<Cells>(config.max_matches);
+  const std::size_t kept = std::min<std::size_t>(kMostKept, config.max_matches);
+  kept_.allocate(arena, kept);
+  next_ = arena.allocate<std::uint32_t>(kept);
+  chains_.allocate(arena, kept);
+  samples_.allocate(arena, kVotesPerPlace);
+  peaks_.allocate(arena, max_peaks(config));
 }
 
 void PoseVotes::clear() noexcept {

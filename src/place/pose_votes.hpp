@@ -35,7 +35,13 @@ struct PosePeak {
 class PoseVotes {
  public:
   /// Room for `config.max_matches` votes on `config.max_places` places.
-  void allocate(Arena& arena, const LoopSearchConfig& config) noexcept;
+  void allocate(Arena& arena, const LoopSearchConfig& config) noexcept {
+    allocate_kept(arena, config);
+    allocate_scratch(arena, config);
+  }
+  /// The two parts of it: the second is in use only from `clear` to the last look at `peaks`.
+  void allocate_kept(Arena& arena, const LoopSearchConfig& config) noexcept;
+  void allocate_scratch(Arena& arena, const LoopSearchConfig& config) noexcept;
 
   void clear() noexcept;
 

@@ -39,6 +39,12 @@ class PlaceDatabase {
   void allocate(Arena& arena, const LoopSearchConfig& config,
                 const PlaceShape& shape = {}) noexcept;
 
+  /// Takes the memory that is kept between searches, for callers with other uses for the rest.
+  void allocate_kept(Arena& arena, const LoopSearchConfig& config,
+                     const PlaceShape& shape) noexcept;
+  /// Takes, after `allocate_kept`, what is in use only during a search.
+  void allocate_scratch(Arena& arena, const LoopSearchConfig& config) noexcept;
+
   /// Stores a place, recorded at `T_session_place` (the keyframe's pose in its session's odometry
   /// frame). When full, the most redundant place is evicted (counted by `evicted()`): of the two
   /// places of one session nearest to each other in position and heading, the older. Cost: linear

@@ -11,7 +11,9 @@ namespace unimapper::onboard {
 void KeyframeFinisher::allocate(Arena& arena) noexcept {
   labels_.allocate(arena, config_);
   describer_.allocate_kept(arena, config_.descriptor, config_.descriptor_input());
-  places_.allocate(arena, config_.loop_search, config_.place_shape());
+  places_.allocate_kept(arena, config_.loop_search, config_.place_shape());
+  // Others may search while the table of a keyframe is in use.
+  if (config_.deferred) places_.allocate_scratch(arena, config_.loop_search);
 }
 
 void KeyframeFinisher::begin_labels(const EvidenceWindow& window, const CellTable& cells,

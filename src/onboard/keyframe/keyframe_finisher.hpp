@@ -24,6 +24,7 @@ class KeyframeFinisher {
   /// After that: what is in use only from `begin` to the last step.
   void allocate_scratch(Arena& arena) noexcept {
     describer_.allocate_scratch(arena, config_.descriptor, config_.descriptor_input());
+    if (!config_.deferred) places_.allocate_scratch(arena, config_.loop_search);
   }
 
   /// The odometry was restarted. The window forgets first.
