@@ -404,7 +404,7 @@ consteval auto parameters_of(const C*) {
       parameter<&C::intensity>("choice",
                                "Cells carry the mean intensity of their points, where scans come "
                                "with intensities: one byte for each static cell in messages. Takes "
-                               "seven bytes of memory for each of `voxel.max_cells`."),
+                               "six bytes of memory for each of `voxel.max_cells`."),
       parameter<&C::waiting_scans>("[1, 100]", "", "choice",
                                    "With `deferred`: scans that can wait while a keyframe is being "
                                    "closed, 12 bytes for each of "
@@ -426,7 +426,7 @@ consteval auto parameters_of(const C*) {
 enum class Computer : std::uint8_t {
   kServer,        ///< x86-64, gigabytes to spare: what `preset(sensor)` assumes
   kJetson,        ///< Jetson-class ARM64: at most 192 MB
-  kRaspberryPi,   ///< Raspberry-Pi-class ARMv8: at most 96 MB
+  kRaspberryPi,   ///< Raspberry-Pi-class ARMv8: at most 64 MB
   kArmv7With64Mb  ///< ARMv7 with NEON: at most 64 MB
 };
 
