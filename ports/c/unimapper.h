@@ -107,7 +107,7 @@ UM_API UM_CHECKED um_status um_sensor_find(const char* name, uint32_t* sensor);
 enum um_computer {
   UM_COMPUTER_SERVER = 0,          /**< gigabytes to spare */
   UM_COMPUTER_JETSON = 1,          /**< Jetson-class ARM64: at most 192 MB */
-  UM_COMPUTER_RASPBERRY_PI = 2,    /**< Raspberry-Pi-class ARMv8: at most 96 MB */
+  UM_COMPUTER_RASPBERRY_PI = 2,    /**< Raspberry-Pi-class ARMv8: at most 64 MB */
   UM_COMPUTER_ARMV7_WITH_64_MB = 3 /**< ARMv7 with NEON: at most 64 MB */
 };
 

@@ -77,11 +77,13 @@ void apply_computer(Computer computer, PipelineConfig& config) noexcept {
     std::uint32_t window_blocks;
     std::uint32_t voxels;
     std::uint32_t places;
+    std::uint32_t window;   ///< keyframes
+    std::uint32_t matches;  ///< matched triangles of a search
     float range_m;
   };
-  constexpr Room kJetson{393216, 147456, 32768, 1000, 120.0F};
-  constexpr Room kRaspberryPi{240000, 61440, 16384, 385, 60.0F};
-  constexpr Room kArmv7With64Mb{131072, 36864, 8192, 220, 40.0F};
+  constexpr Room kJetson{393216, 147456, 32768, 1000, 10, 65536, 120.0F};
+  constexpr Room kRaspberryPi{256000, 64000, 16384, 200, 8, 16384, 64.0F};
+  constexpr Room kArmv7With64Mb{131072, 36864, 8192, 220, 10, 65536, 40.0F};
   if (computer == Computer::kServer) return;
   const Room& room = computer == Computer::kJetson        ? kJetson
                      : computer == Computer::kRaspberryPi ? kRaspberryPi
@@ -90,7 +92,9 @@ void apply_computer(Computer computer, PipelineConfig& config) noexcept {
   voxel.max_cells = std::min(voxel.max_cells, room.cells);
   voxel.max_window_blocks = std::min(voxel.max_window_blocks, room.window_blocks);
   voxel.max_voxels = std::min(voxel.max_voxels, room.voxels);
+  config.removal.window = std::min(config.removal.window, room.window);
   config.loop_search.max_places = std::min(config.loop_search.max_places, room.places);
+  config.loop_search.max_matches = std::min(config.loop_search.max_matches, room.matches);
   config.keyframe.range_max_m = std::min(config.keyframe.range_max_m, room.range_m);
   // So wide a band, which is also imaged where nobody knows the LiDAR, gets no room for a tilt.
   constexpr float kWideBandDeg = 90.0F;

@@ -15,7 +15,7 @@ TEST_CASE("every preset is valid, fits the sensor's scans and the memory of the 
   for (const SensorModel& sensor : sensor_models()) {
     for (const auto& [computer, bytes] :
          {Limit{Computer::kServer, 256'000'000}, Limit{Computer::kJetson, 192'000'000},
-          Limit{Computer::kRaspberryPi, 96'000'000}, Limit{Computer::kArmv7With64Mb, 64'000'000}}) {
+          Limit{Computer::kRaspberryPi, 64'000'000}, Limit{Computer::kArmv7With64Mb, 64'000'000}}) {
       const PipelineConfig config = preset(sensor.kind, computer);
       CAPTURE(sensor.name, static_cast<int>(computer));
       CHECK(config.validate().ok());
