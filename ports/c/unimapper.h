@@ -426,7 +426,7 @@ typedef struct um_statistics {
   uint32_t dynamic_cells;   /**< occupied fine cells labelled dynamic */
   uint32_t voxels;          /**< occupied coarse voxels */
   uint32_t ground_voxels;   /**< occupied coarse voxels with a ground plane */
-  uint32_t components;      /**< connected obstacles */
+  uint32_t components;      /**< connected obstacles that may have moved */
   uint32_t deadline_missed; /**< 1 if it took longer than budget_us */
   uint64_t dropped[16];     /**< by enum um_drop_cause */
   um_capacity capacity[16]; /**< by enum um_capacity_kind */

@@ -9,7 +9,6 @@
 #include "block.hpp"
 #include "block_bits.hpp"
 #include "src/core/parts.hpp"
-#include "src/core/union_find.hpp"
 
 namespace unimapper {
 
@@ -19,13 +18,13 @@ struct LabelledCells {
   std::uint64_t low;         ///< follow a component that they touch, but connect nothing
 };
 
-/// Labels cells that touch (26 neighbours). Within a block they are flooded bit-parallel; parts of
-/// different blocks that touch are joined (union-find). Low cells (kerbs, grass) would tie every
-/// walker to the next wall: each follows one of the components it touches, the one in its own block
-/// first, then what lies above.
+/// Labels cells that touch (26 neighbours). Within a block they are flooded bit-parallel, and a
+/// component spreads over the parts of other blocks that it touches. Low cells (kerbs, grass) would
+/// tie every walker to the next wall: each follows one of the components it touches, the one in its
+/// own block first, then what lies above.
 class ComponentLabels {
  public:
-  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;  ///< label of a cell without a component
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;  ///< number of a block that is not there
   /// A block holds no more parts that do not touch each other.
   static constexpr std::uint32_t kMaxPartsPerBlock = 8;
 
@@ -39,9 +38,9 @@ class ComponentLabels {
     max_parts_ = static_cast<std::uint32_t>(max_parts);
     max_with_low_ = static_cast<std::uint32_t>(max_parts + max_blocks);
     parts_of_ = memory.template allocate<Parts>(max_blocks);
-    low_ = memory.template allocate<std::uint64_t>(max_blocks);
     cells_ = memory.template allocate<std::uint64_t>(max_with_low_);
-    parent_ = memory.template allocate<std::uint32_t>(max_with_low_);
+    component_ = memory.template allocate<std::uint32_t>(max_with_low_);
+    open_ = memory.template allocate<Open>(max_parts);
   }
 
   /// Labels the cells of `blocks` blocks. `cells_of(b)` gives the `LabelledCells` of block `b` and
@@ -51,36 +50,36 @@ class ComponentLabels {
   std::uint32_t label(std::uint32_t blocks, const CellsOf& cells_of, const Neighbour& neighbour,
                       const Executor& executor = {}) noexcept;
 
-  /// Begins to label in parts, for callers who have little time at once. `split`, `join`, `count`
-  /// and `add_low` follow. Each goes through all `blocks` blocks in their order, as many at a time
-  /// as the caller likes. Workers share what takes long; the components do not depend on them.
-  void begin() noexcept { part_count_ = size_ = 0; }
-  /// Splits the cells of some blocks. One worker does it, for parts are numbered in its order.
+  /// Begins to label in parts, for callers who have little time at once. `split`, `spread` and
+  /// `add_low` follow, each through all `blocks` blocks. Components do not depend on workers.
+  void begin() noexcept { part_count_ = size_ = open_count_ = next_block_ = 0; }
+  /// Splits the cells of some blocks, in their order: parts are numbered in it.
   template <typename CellsOf>
   void split(Slice some, std::uint32_t blocks, const CellsOf& cells_of) noexcept;
-  /// Joins what touches across their sides.
-  template <typename Neighbour>
-  void join(Slice some, std::uint32_t blocks, const Neighbour& neighbour,
-            const Executor& executor = {}) noexcept;
-  /// Returns the number of components. O(parts).
-  std::uint32_t count() noexcept { return flatten(); }
-  /// Makes their low cells follow. Shared only if it is all of them.
+  /// Finds components that hold any of the cells `signs_of(b)` of a block, or a low cell of them
+  /// that follows; no other cells are labelled. Looks at `most` blocks and parts; false once none
+  /// is left.
+  template <typename SignsOf, typename Neighbour>
+  bool spread(std::uint32_t blocks, std::uint32_t most, const SignsOf& signs_of,
+              const Neighbour& neighbour) noexcept;
+  /// Makes the low cells of some blocks follow. Shared only if it is all of them.
   template <typename Neighbour>
   void add_low(Slice some, std::uint32_t blocks, const Neighbour& neighbour,
                const Executor& executor = {}) noexcept;
 
-  /// Components are numbered, with gaps, below this.
+  /// Components, which are numbered from 0 on.
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
 
   /// Calls `visit(component, cells)` for the labelled cells of block `b`, some at a time.
   template <typename Visit>
   void visit(std::uint32_t b, const Visit& visit) const noexcept {
     const Parts& own = parts_of_[b];
+    if (!own.is_near) return;
     for (std::uint32_t p = own.first; p < own.first + own.count; ++p) {
-      visit(parent_[p], cells_[p]);
+      if (component_[p] != kNone) visit(component_[p], cells_[p]);
     }
     for (std::uint32_t p = own.first_low; p < own.first_low + own.low_count; ++p) {
-      visit(parent_[p], cells_[p]);
+      visit(component_[p], cells_[p]);
     }
   }
 
@@ -89,13 +88,20 @@ class ComponentLabels {
   /// or low cells of one block that follow the same one. The parts of a block follow each other,
   /// and so do those of its low cells, behind all others.
   struct Parts {
+    std::uint64_t low;  ///< cells that are to follow a part
     std::uint32_t first;
     std::uint32_t first_low;
     std::uint8_t count;
     std::uint8_t low_count;
+    bool is_near;  ///< a part of it has a component, or one that its low cells touch
+  };
+  /// A part of a component whose surroundings were not looked at yet.
+  struct Open {
+    std::uint32_t part;
+    std::uint32_t block;
   };
 
-  /// The 26 neighbours, upper ones first. The first half meets every touching pair once.
+  /// The 26 neighbours, upper ones first.
   static constexpr std::array<BlockOffset, 26> kOffsets{
       {{0, 0, 1},   {1, 0, 1},   {-1, 0, 1},  {0, 1, 1},   {0, -1, 1},  {1, 1, 1},   {-1, 1, 1},
        {1, -1, 1},  {-1, -1, 1}, {1, 0, 0},   {0, 1, 0},   {1, 1, 0},   {-1, 1, 0},  {-1, 0, 0},
@@ -114,10 +120,6 @@ class ComponentLabels {
     return borders;
   }();
 
-  [[nodiscard]] static std::uint32_t bit_number(std::uint64_t cells) noexcept {
-    return static_cast<std::uint32_t>(std::countr_zero(cells));
-  }
-
   /// Numbers for the parts of some blocks.
   struct Room {
     std::uint32_t next;
@@ -130,32 +132,26 @@ class ComponentLabels {
       return was_short = true;
     }
   };
-  /// Blocks of a part of the work. Fewer parts have fewer sides to be joined by one worker.
-  [[nodiscard]] static Cut cut(const Executor& executor, Slice blocks) noexcept {
-    constexpr std::uint32_t kParts = 16;
-    constexpr std::uint32_t kLeast = 256;
-    return {executor, blocks, std::max(kLeast, blocks.size() / kParts + 1)};
-  }
   /// Splits the connecting cells of block `b`; `blocks_left` counts it and those after it.
   void split_block(std::uint32_t b, const LabelledCells& cells, std::uint32_t blocks_left,
                    Room& room) noexcept;
-  /// The cells that `split_block` was given.
-  [[nodiscard]] std::uint64_t connecting(const Parts& parts) const noexcept {
-    std::uint64_t cells = 0;
-    for (std::uint32_t p = parts.first; p < parts.first + parts.count; ++p) cells |= cells_[p];
-    return cells;
-  }
-  /// Calls `touch(p, other, q)` for the parts p of some blocks and q of block `other` that touch;
-  /// each pair comes once. Ends where that returns false, with the number of the block.
-  template <typename Neighbour, typename Touch>
-  std::uint32_t visit_touching(Slice some, const Neighbour& neighbour,
-                               const Touch& touch) const noexcept;
-  /// The parts of a block and those of its neighbour at `kOffsets[offset]`.
-  template <typename Touch>
-  bool visit_touching_in(std::uint32_t b, std::uint32_t other, std::size_t offset,
-                         const Touch& touch) const noexcept;
+  /// Begins a component with a part that holds a sign, or that one of its signs follows. False if
+  /// all such parts of block `b` have a component.
   template <typename Neighbour>
-  void join_alone(Slice some, const Neighbour& neighbour) noexcept;
+  bool begin_component(std::uint32_t b, std::uint64_t signs, const Neighbour& neighbour) noexcept;
+  void take(Open part, std::uint32_t component) noexcept {
+    component_[part.part] = component;
+    parts_of_[part.block].is_near = true;
+    open_[open_count_++] = part;
+  }
+  /// Takes the parts of other blocks that it touches into its component.
+  template <typename Neighbour>
+  void spread_from(Open part, const Neighbour& neighbour) noexcept;
+  /// Calls `take(part, touched, low)` for the parts that low cells of block `b` touch, in the order
+  /// in which they follow, with these cells and all that are left. It returns those that it took.
+  template <typename Neighbour, typename Take>
+  void visit_touched(std::uint32_t b, std::uint64_t low, const Neighbour& neighbour,
+                     const Take& take) const noexcept;
   template <typename Neighbour>
   void add_low_alone(Slice some, std::uint32_t end, const Neighbour& neighbour,
                      Room& room) noexcept;
@@ -164,25 +160,17 @@ class ComponentLabels {
   template <typename Neighbour>
   void add_low_cells(std::uint32_t b, const Neighbour& neighbour, std::uint32_t blocks_left,
                      Room& room) noexcept;
-  /// Makes those of the low cells that are among `touched` follow a part. Returns the others.
-  std::uint64_t follow(std::uint32_t part, std::uint64_t touched, std::uint64_t low, Parts& own,
-                       std::uint32_t blocks_left, Room& room) noexcept;
-  std::uint32_t root(std::uint32_t part) noexcept;
-  void join_parts(std::uint32_t a, std::uint32_t b) noexcept {
-    join_sets(a, b, [this](std::uint32_t p) -> std::uint32_t& { return parent_[p]; });
-  }
-  /// Makes every part's parent its root. Returns the number of roots.
-  std::uint32_t flatten() noexcept;
 
   std::uint32_t part_count_ = 0;
-  std::uint32_t size_ = 0;  ///< parts that connect
+  std::uint32_t size_ = 0;
+  std::uint32_t open_count_ = 0;
+  std::uint32_t next_block_ = 0;  ///< where the next component may begin
   std::uint32_t max_parts_ = 0;
   std::uint32_t max_with_low_ = 0;
-  Parts* parts_of_ = nullptr;       ///< by block
-  std::uint64_t* low_ = nullptr;    ///< cells that are to follow a part, by block
-  std::uint64_t* cells_ = nullptr;  ///< by part
-  /// By part: union-find; a root is its own parent. After `label`: the root.
-  std::uint32_t* parent_ = nullptr;
+  Parts* parts_of_ = nullptr;           ///< by block
+  std::uint64_t* cells_ = nullptr;      ///< by part
+  std::uint32_t* component_ = nullptr;  ///< by part, or `kNone`
+  Open* open_ = nullptr;
 };
 
 template <typename CellsOf, typename Neighbour>
@@ -191,10 +179,11 @@ std::uint32_t ComponentLabels::label(std::uint32_t blocks, const CellsOf& cells_
                                      const Executor& executor) noexcept {
   begin();
   split({0, blocks}, blocks, cells_of);
-  join({0, blocks}, blocks, neighbour, executor);
-  const std::uint32_t components = count();
+  const auto all = [](std::uint32_t) { return ~std::uint64_t{0}; };
+  while (spread(blocks, UINT32_MAX, all, neighbour)) {
+  }
   add_low({0, blocks}, blocks, neighbour, executor);
-  return components;
+  return size_;
 }
 
 template <typename CellsOf>
@@ -203,85 +192,80 @@ void ComponentLabels::split(Slice some, std::uint32_t blocks, const CellsOf& cel
   for (std::uint32_t b = some.first; b < some.end; ++b) {
     split_block(b, cells_of(b), blocks - b, room);
   }
-  part_count_ = size_ = room.next;
+  part_count_ = room.next;
 }
 
-template <typename Neighbour, typename Touch>
-std::uint32_t ComponentLabels::visit_touching(Slice some, const Neighbour& neighbour,
-                                              const Touch& touch) const noexcept {
-  for (std::uint32_t b = some.first; b < some.end; ++b) {
-    const std::uint64_t cells = connecting(parts_of_[b]);
-    if (cells == 0) continue;
-    for (std::size_t i = 0; i < kOffsets.size() / 2; ++i) {
-      if ((cells & kBorders[i]) == 0) continue;
-      const std::uint32_t other = neighbour(b, kOffsets[i]);
-      if (other != kNone && !visit_touching_in(b, other, i, touch)) return b;
-    }
-  }
-  return some.end;
-}
-
-template <typename Touch>
-bool ComponentLabels::visit_touching_in(std::uint32_t b, std::uint32_t other, std::size_t offset,
-                                        const Touch& touch) const noexcept {
-  const auto [x, y, z] = kOffsets[offset];
-  const Parts& mine = parts_of_[b];
-  const Parts& others = parts_of_[other];
-  if (others.count == 0) return true;
-  for (std::uint32_t p = mine.first; p < mine.first + mine.count; ++p) {
-    if ((cells_[p] & kBorders[offset]) == 0) continue;
-    const std::uint64_t touched = touched_in_neighbour(cells_[p], x, y, z);
-    for (std::uint32_t q = others.first; q < others.first + others.count; ++q) {
-      if ((cells_[q] & touched) != 0 && !touch(p, other, q)) return false;
+template <typename SignsOf, typename Neighbour>
+bool ComponentLabels::spread(std::uint32_t blocks, std::uint32_t most, const SignsOf& signs_of,
+                             const Neighbour& neighbour) noexcept {
+  for (; most > 0; --most) {
+    if (open_count_ > 0) {
+      spread_from(open_[--open_count_], neighbour);
+    } else if (next_block_ == blocks) {
+      return false;
+    } else {
+      const std::uint64_t signs = signs_of(next_block_);
+      if (signs == 0 || !begin_component(next_block_, signs, neighbour)) ++next_block_;
     }
   }
   return true;
 }
 
 template <typename Neighbour>
-void ComponentLabels::join_alone(Slice some, const Neighbour& neighbour) noexcept {
-  visit_touching(some, neighbour, [this](std::uint32_t p, std::uint32_t, std::uint32_t q) noexcept {
-    join_parts(p, q);
+bool ComponentLabels::begin_component(std::uint32_t b, std::uint64_t signs,
+                                      const Neighbour& neighbour) noexcept {
+  const Parts& own = parts_of_[b];
+  for (std::uint32_t p = own.first; p < own.first + own.count; ++p) {
+    if ((cells_[p] & signs) == 0 || component_[p] != kNone) continue;
+    take({p, b}, size_++);
     return true;
-  });
+  }
+  const std::uint32_t before = size_;
+  visit_touched(b, own.low & signs, neighbour,
+                [&](const Open& part, std::uint64_t touched, std::uint64_t low) noexcept {
+                  if (component_[part.part] != kNone) return touched;
+                  take(part, size_++);
+                  return low;
+                });
+  return size_ != before;
 }
 
-// A worker joins what lies within its share of the blocks; of no other share it knows what is
-// joined already. What touches another one is noted behind all shares, and joined by one worker.
 template <typename Neighbour>
-void ComponentLabels::join(Slice some, std::uint32_t blocks, const Neighbour& neighbour,
-                           const Executor& executor) noexcept {
-  if (executor.workers == 1) return join_alone(some, neighbour);
-  struct Noted {
-    std::uint32_t count;
-    std::uint32_t end;  // block from which on there was no room
-  } noted[Cut::kMost];
-  const Cut parts = cut(executor, some);
-  const std::uint32_t room = (max_with_low_ - part_count_) / std::max(parts.parts(), 1U);
-  // Blocks of an earlier slice may have joined some of these with theirs.
-  const bool is_all = some.size() == blocks;
-  for_parts(executor, parts.parts(), [&](std::uint32_t part, std::uint32_t) noexcept {
-    const Slice own = parts[part];
-    std::uint64_t* const pairs = cells_ + part_count_ + part * room;
-    std::uint32_t count = 0;
-    const std::uint32_t end = visit_touching(
-        own, neighbour, [&](std::uint32_t p, std::uint32_t other, std::uint32_t q) noexcept {
-          if (is_all && other - own.first < own.size()) {
-            join_parts(p, q);
-            return true;
-          }
-          if (count == room) return false;
-          pairs[count++] = std::uint64_t{p} << 32U | q;
-          return true;
-        });
-    noted[part] = {count, end};
-  });
-  for (std::uint32_t part = 0; part < parts.parts(); ++part) {
-    const std::uint64_t* const pairs = cells_ + part_count_ + part * room;
-    for (std::uint32_t i = 0; i < noted[part].count; ++i) {
-      join_parts(static_cast<std::uint32_t>(pairs[i] >> 32U), static_cast<std::uint32_t>(pairs[i]));
+void ComponentLabels::spread_from(Open part, const Neighbour& neighbour) noexcept {
+  const std::uint64_t cells = cells_[part.part];
+  const std::uint32_t component = component_[part.part];
+  for (std::size_t i = 0; i < kOffsets.size(); ++i) {
+    if ((cells & kBorders[i]) == 0) continue;
+    const std::uint32_t other = neighbour(part.block, kOffsets[i]);
+    if (other == kNone) continue;
+    const auto [x, y, z] = kOffsets[i];
+    const std::uint64_t touched = touched_in_neighbour(cells, x, y, z);
+    Parts& others = parts_of_[other];
+    if ((others.low & touched) != 0) others.is_near = true;
+    for (std::uint32_t q = others.first; q < others.first + others.count; ++q) {
+      if (component_[q] == kNone && (cells_[q] & touched) != 0) take({q, other}, component);
     }
-    join_alone({noted[part].end, parts[part].end}, neighbour);
+  }
+}
+
+template <typename Neighbour, typename Take>
+void ComponentLabels::visit_touched(std::uint32_t b, std::uint64_t low, const Neighbour& neighbour,
+                                    const Take& take) const noexcept {
+  const Parts& own = parts_of_[b];
+  for (std::uint32_t p = own.first; p < own.first + own.count && low != 0; ++p) {
+    const std::uint64_t touched = low & dilated(cells_[p]);
+    if (touched != 0) low &= ~take(Open{p, b}, touched, low);
+  }
+  for (std::size_t i = 0; i < kOffsets.size() && low != 0; ++i) {
+    if ((low & kBorders[i]) == 0) continue;
+    const auto [x, y, z] = kOffsets[i];
+    const std::uint32_t other = neighbour(b, kOffsets[i]);
+    if (other == kNone) continue;
+    const Parts& others = parts_of_[other];
+    for (std::uint32_t p = others.first; p < others.first + others.count && low != 0; ++p) {
+      const std::uint64_t touched = low & touched_in_neighbour(cells_[p], -x, -y, -z);
+      if (touched != 0) low &= ~take(Open{p, other}, touched, low);
+    }
   }
 }
 
@@ -289,7 +273,7 @@ template <typename Neighbour>
 void ComponentLabels::add_low_alone(Slice some, std::uint32_t end, const Neighbour& neighbour,
                                     Room& room) noexcept {
   for (std::uint32_t b = some.first; b < some.end; ++b) {
-    if (low_[b] != 0) add_low_cells(b, neighbour, end - b, room);
+    if (parts_of_[b].is_near && parts_of_[b].low != 0) add_low_cells(b, neighbour, end - b, room);
   }
 }
 
@@ -300,7 +284,8 @@ void ComponentLabels::add_low(Slice some, std::uint32_t blocks, const Neighbour&
                               const Executor& executor) noexcept {
   Room room{part_count_, max_with_low_};
   if (executor.workers > 1 && some.size() == blocks) {
-    const Cut parts = cut(executor, some);
+    constexpr std::uint32_t kLeast = 256;
+    const Cut parts(executor, some, kLeast);
     const auto number_of = [&](std::uint32_t block) noexcept {
       return room.next +
              static_cast<std::uint32_t>(std::uint64_t{room.end - room.next} * block / blocks);
@@ -324,20 +309,16 @@ void ComponentLabels::add_low_cells(std::uint32_t b, const Neighbour& neighbour,
   Parts& own = parts_of_[b];
   own.first_low = room.next;
   own.low_count = 0;
-  std::uint64_t low = low_[b];
-  for (std::uint32_t p = own.first; p < own.first + own.count && low != 0; ++p) {
-    low = follow(p, dilated(cells_[p]), low, own, blocks_left, room);
-  }
-  for (std::size_t i = 0; i < kOffsets.size() && low != 0; ++i) {
-    if ((low & kBorders[i]) == 0) continue;
-    const auto [x, y, z] = kOffsets[i];
-    const std::uint32_t other = neighbour(b, kOffsets[i]);
-    if (other == kNone) continue;
-    const Parts& others = parts_of_[other];
-    for (std::uint32_t p = others.first; p < others.first + others.count; ++p) {
-      low = follow(p, touched_in_neighbour(cells_[p], -x, -y, -z), low, own, blocks_left, room);
-    }
-  }
+  visit_touched(b, own.low, neighbour,
+                [&](const Open& part, std::uint64_t touched, std::uint64_t low) noexcept {
+                  if (component_[part.part] == kNone) return touched;
+                  // As in `split_block`.
+                  const std::uint64_t following = room.is_short(blocks_left) ? low : touched;
+                  cells_[room.next] = following;
+                  component_[room.next++] = component_[part.part];
+                  ++own.low_count;
+                  return following;
+                });
 }
 
 /// How a component is decided about.

@@ -73,7 +73,7 @@ struct KeyframeStatistics {
   std::uint32_t dynamic_cells = 0;                   ///< occupied fine cells labelled dynamic
   std::uint32_t voxels = 0;                          ///< occupied coarse voxels
   std::uint32_t ground_voxels = 0;                   ///< occupied coarse voxels with a ground plane
-  std::uint32_t components = 0;                      ///< connected obstacles
+  std::uint32_t components = 0;                      ///< connected obstacles that may have moved
   std::uint32_t walls = 0;                           ///< upright planes that up was looked for in
   std::array<std::uint64_t, kDropCauses> dropped{};  ///< by `DropCause`
   std::array<CapacityUse, kCapacities> capacity{};   ///< by `Capacity`

@@ -36,8 +36,13 @@ bool ComponentClassifier::step(const BlockWindow& window, std::span<const std::i
   const auto neighbour = [&](std::uint32_t b, const BlockOffset& offset) noexcept {
     return window.neighbour(b, offset);
   };
-  const bool is_shared = task_ == Task::kJoin || task_ == Task::kMark;
-  const Slice some = loop_.next(blocks, is_shared ? shared_slice_blocks_ : slice_blocks_);
+  if (task_ == Task::kSpread) {
+    const auto signs = [&](std::uint32_t b) noexcept { return signs_of(window, cells, b); };
+    if (!labels_.spread(blocks, slice_blocks_, signs, neighbour)) task_ = Task::kFollow;
+    return true;
+  }
+  const Slice some =
+      loop_.next(blocks, task_ == Task::kMark ? shared_slice_blocks_ : slice_blocks_);
   switch (task_) {
     case Task::kSplit:
       labels_.split(some, blocks, [&](std::uint32_t b) noexcept {
@@ -45,18 +50,16 @@ bool ComponentClassifier::step(const BlockWindow& window, std::span<const std::i
         return LabelledCells{cells.marks(b).candidate & ~following, following};
       });
       break;
-    case Task::kJoin:
-      labels_.join(some, blocks, neighbour, executor_);
-      if (loop_.is_over()) components_ = labels_.count();
+    case Task::kSpread:
       break;
     case Task::kFollow:
       labels_.add_low(some, blocks, neighbour, executor_);
       break;
-    case Task::kSigns:
-      if (some.first == 0) std::fill_n(outcome_, labels_.size(), Outcome::kNoSign);
-      find_signs(window, cells, some);
-      break;
     case Task::kCount:
+      if (some.first == 0) {
+        components_ = labels_.size();
+        std::fill_n(tally_, components_, ComponentTally{});
+      }
       count(window, log_odds, cells, some);
       clusters_.collect(log_odds, cells, some);
       if (loop_.is_over()) decide_all(viewpoint);
@@ -79,27 +82,11 @@ bool ComponentClassifier::step(const BlockWindow& window, std::span<const std::i
   return true;
 }
 
-void ComponentClassifier::find_signs(const BlockWindow& window, const CellTable& cells,
-                                     Slice some_blocks) noexcept {
-  for (std::uint32_t b = some_blocks.first; b < some_blocks.end; ++b) {
-    const CellMarks& marks = cells.marks(b);
-    if (marks.candidate == 0) continue;
-    const std::uint64_t signs = marks.dynamic | window.before(b).proven;
-    if (signs == 0) continue;
-    labels_.visit(b, [&](std::uint32_t component, std::uint64_t some) noexcept {
-      if ((some & signs) == 0 || outcome_[component] != Outcome::kNoSign) return;
-      outcome_[component] = Outcome::kMixed;
-      tally_[component] = {};
-    });
-  }
-}
-
 void ComponentClassifier::count(const BlockWindow& window, std::span<const std::int16_t> log_odds,
                                 const CellTable& cells, Slice some_blocks) noexcept {
   const std::span<const Block> blocks = cells.blocks();
   for (std::uint32_t b = some_blocks.first; b < some_blocks.end; ++b) {
     labels_.visit(b, [&](std::uint32_t component, std::uint64_t some) noexcept {
-      if (outcome_[component] == Outcome::kNoSign) return;
       ComponentTally& tally = tally_[component];
       count_cells(tally, some, blocks[b], log_odds, window.before(b));
       if (tally.box.width() > kWidestPole) return;
@@ -176,9 +163,7 @@ ComponentClassifier::Outcome ComponentClassifier::decide(
 }
 
 void ComponentClassifier::decide_all(const Viewpoint& viewpoint) noexcept {
-  for (std::uint32_t c = 0; c < labels_.size(); ++c) {
-    if (outcome_[c] != Outcome::kNoSign) outcome_[c] = decide(tally_[c], viewpoint);
-  }
+  for (std::uint32_t c = 0; c < components_; ++c) outcome_[c] = decide(tally_[c], viewpoint);
 }
 
 void ComponentClassifier::mark(CellTable& cells, Slice some_blocks) noexcept {
@@ -206,7 +191,6 @@ void ComponentClassifier::mark_block(std::uint32_t b, std::uint64_t cells, Outco
       marks.dynamic &= ~(cells & ~marks.confirmed_dynamic);
       return;
     case Outcome::kMixed:
-    case Outcome::kNoSign:
       return;
   }
   clusters_.leave_out(b, cells);

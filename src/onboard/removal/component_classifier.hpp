@@ -43,21 +43,12 @@ class ComponentClassifier {
   /// block-wise.
   bool step(const BlockWindow& window, std::span<const std::int16_t> log_odds,
             const Viewpoint& viewpoint, CellTable& cells) noexcept;
-  /// Number of components, once all is done.
+  /// Number of components with a sign that they may be dynamic, once all is done.
   [[nodiscard]] std::uint32_t components() const noexcept { return components_; }
 
  private:
   /// Its loops, in their order.
-  enum class Task : std::uint8_t {
-    kSplit,
-    kJoin,
-    kFollow,
-    kSigns,
-    kCount,
-    kMark,
-    kClusters,
-    kDone
-  };
+  enum class Task : std::uint8_t { kSplit, kSpread, kFollow, kCount, kMark, kClusters, kDone };
 
   /// What becomes of a component.
   enum class Outcome : std::uint8_t {
@@ -66,7 +57,6 @@ class ComponentClassifier {
     kDynamic,   ///< by its evidence
     kStatic,    ///< by its evidence; clusters within it may be dynamic
     kMixed,     ///< each cell by its own evidence
-    kNoSign,    ///< static: none of its cells is dynamic or was proven to be; nothing to decide
   };
 
   /// Cells of a block that follow a component without connecting any: also those confirmed static,
@@ -78,9 +68,13 @@ class ComponentClassifier {
     return marks.follower | (marks.confirmed_static & ~window.before(b).proven);
   }
 
-  /// Finds the components of which some cell is dynamic, or was proven so in the keyframe before;
-  /// no other one can be dynamic.
-  void find_signs(const BlockWindow& window, const CellTable& cells, Slice some) noexcept;
+  /// Cells of a block that are dynamic, or were proven so in the keyframe before: a component
+  /// without any is static.
+  [[nodiscard]] static std::uint64_t signs_of(const BlockWindow& window, const CellTable& cells,
+                                              std::uint32_t b) noexcept {
+    const CellMarks& marks = cells.marks(b);
+    return marks.candidate == 0 ? 0 : marks.dynamic | window.before(b).proven;
+  }
   void count(const BlockWindow& window, std::span<const std::int16_t> log_odds,
              const CellTable& cells, Slice some) noexcept;
   void count_cells(ComponentTally& tally, std::uint64_t cells, const Block& block,
@@ -107,7 +101,7 @@ class ComponentClassifier {
   SlicedLoop loop_;
   std::uint32_t components_ = 0;
   ComponentLabels labels_;
-  ComponentTally* tally_ = nullptr;  ///< by component, of those with a sign
+  ComponentTally* tally_ = nullptr;  ///< by component
   Outcome* outcome_ = nullptr;       ///< by component
   SeenThroughClusters clusters_;
 };
