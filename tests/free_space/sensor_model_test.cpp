@@ -126,7 +126,9 @@ TEST_CASE("Vectors of any width learn the same of every point") {
     };
     const std::vector<std::int32_t> baseline = learnt(VectorWidth::kBaseline);
     CHECK(std::count(baseline.begin(), baseline.end(), 5) < std::ptrdiff_t{kPoints});
-    CHECK(learnt(widest_vectors()) == baseline);
+    for (const VectorWidth width : {VectorWidth::kAvx2, VectorWidth::kAvx512}) {
+      if (width <= widest_vectors()) CHECK(learnt(width) == baseline);
+    }
   }
 }
 
