@@ -3,17 +3,17 @@
 namespace unimapper {
 
 void ComponentLabels::split_block(std::uint32_t b, const LabelledCells& cells,
-                                  std::uint32_t blocks_left, Room& room) noexcept {
+                                  std::uint32_t blocks_left) noexcept {
   Parts& own = parts_of_[b];
-  own = {cells.low, room.next, 0, 0, 0, false};
+  own = {cells.low, part_count_, 0, 0, 0, false};
   for (std::uint64_t left = cells.connecting; left != 0;) {
     // Every later block needs room for a part; where it grows short, what is left of a block
     // stands together.
     const std::uint64_t part =
-        room.is_short(blocks_left) ? left : flooded(lowest_bit(left), cells.connecting);
+        is_short(max_parts_, blocks_left) ? left : flooded(lowest_bit(left), cells.connecting);
     left &= ~part;
-    cells_[room.next] = part;
-    component_[room.next++] = kNone;
+    cells_[part_count_] = part;
+    component_[part_count_++] = kNone;
     ++own.count;
   }
 }

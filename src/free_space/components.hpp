@@ -1,7 +1,6 @@
 // Connected-component labelling of voxels
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -47,11 +46,11 @@ class ComponentLabels {
   /// is called once, `neighbour(b, offset)` the number of the block next to it, or `kNone`. Returns
   /// the number of components; low cells that touch none are in none. O(blocks + parts).
   template <typename CellsOf, typename Neighbour>
-  std::uint32_t label(std::uint32_t blocks, const CellsOf& cells_of, const Neighbour& neighbour,
-                      const Executor& executor = {}) noexcept;
+  std::uint32_t label(std::uint32_t blocks, const CellsOf& cells_of,
+                      const Neighbour& neighbour) noexcept;
 
   /// Begins to label in parts, for callers who have little time at once. `split`, `spread` and
-  /// `add_low` follow, each through all `blocks` blocks. Components do not depend on workers.
+  /// `add_low` follow, each through all `blocks` blocks.
   void begin() noexcept { part_count_ = size_ = open_count_ = next_block_ = 0; }
   /// Splits the cells of some blocks, in their order: parts are numbered in it.
   template <typename CellsOf>
@@ -62,10 +61,9 @@ class ComponentLabels {
   template <typename SignsOf, typename Neighbour>
   bool spread(std::uint32_t blocks, std::uint32_t most, const SignsOf& signs_of,
               const Neighbour& neighbour) noexcept;
-  /// Makes the low cells of some blocks follow. Shared only if it is all of them.
+  /// Makes the low cells of some blocks follow.
   template <typename Neighbour>
-  void add_low(Slice some, std::uint32_t blocks, const Neighbour& neighbour,
-               const Executor& executor = {}) noexcept;
+  void add_low(Slice some, std::uint32_t blocks, const Neighbour& neighbour) noexcept;
 
   /// Components, which are numbered from 0 on.
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
@@ -120,21 +118,12 @@ class ComponentLabels {
     return borders;
   }();
 
-  /// Numbers for the parts of some blocks.
-  struct Room {
-    std::uint32_t next;
-    std::uint32_t end;
-    bool was_short = false;
-
-    /// Whether a part would take the number of the `blocks_left` blocks that are still to come.
-    bool is_short(std::uint32_t blocks_left) noexcept {
-      if (next + blocks_left < end) return false;
-      return was_short = true;
-    }
-  };
+  /// Whether a part would take the number of the `blocks_left` blocks that are still to come.
+  [[nodiscard]] bool is_short(std::uint32_t most, std::uint32_t blocks_left) const noexcept {
+    return part_count_ + blocks_left >= most;
+  }
   /// Splits the connecting cells of block `b`; `blocks_left` counts it and those after it.
-  void split_block(std::uint32_t b, const LabelledCells& cells, std::uint32_t blocks_left,
-                   Room& room) noexcept;
+  void split_block(std::uint32_t b, const LabelledCells& cells, std::uint32_t blocks_left) noexcept;
   /// Begins a component with a part that holds a sign, or that one of its signs follows. False if
   /// all such parts of block `b` have a component.
   template <typename Neighbour>
@@ -152,14 +141,11 @@ class ComponentLabels {
   template <typename Neighbour, typename Take>
   void visit_touched(std::uint32_t b, std::uint64_t low, const Neighbour& neighbour,
                      const Take& take) const noexcept;
-  template <typename Neighbour>
-  void add_low_alone(Slice some, std::uint32_t end, const Neighbour& neighbour,
-                     Room& room) noexcept;
   /// Attaches each low cell of block `b` to the first part it touches; `blocks_left` as in
   /// `split_block`.
   template <typename Neighbour>
-  void add_low_cells(std::uint32_t b, const Neighbour& neighbour, std::uint32_t blocks_left,
-                     Room& room) noexcept;
+  void add_low_cells(std::uint32_t b, const Neighbour& neighbour,
+                     std::uint32_t blocks_left) noexcept;
 
   std::uint32_t part_count_ = 0;
   std::uint32_t size_ = 0;
@@ -175,24 +161,19 @@ class ComponentLabels {
 
 template <typename CellsOf, typename Neighbour>
 std::uint32_t ComponentLabels::label(std::uint32_t blocks, const CellsOf& cells_of,
-                                     const Neighbour& neighbour,
-                                     const Executor& executor) noexcept {
+                                     const Neighbour& neighbour) noexcept {
   begin();
   split({0, blocks}, blocks, cells_of);
   const auto all = [](std::uint32_t) { return ~std::uint64_t{0}; };
   while (spread(blocks, UINT32_MAX, all, neighbour)) {
   }
-  add_low({0, blocks}, blocks, neighbour, executor);
+  add_low({0, blocks}, blocks, neighbour);
   return size_;
 }
 
 template <typename CellsOf>
 void ComponentLabels::split(Slice some, std::uint32_t blocks, const CellsOf& cells_of) noexcept {
-  Room room{part_count_, max_parts_};
-  for (std::uint32_t b = some.first; b < some.end; ++b) {
-    split_block(b, cells_of(b), blocks - b, room);
-  }
-  part_count_ = room.next;
+  for (std::uint32_t b = some.first; b < some.end; ++b) split_block(b, cells_of(b), blocks - b);
 }
 
 template <typename SignsOf, typename Neighbour>
@@ -270,52 +251,27 @@ void ComponentLabels::visit_touched(std::uint32_t b, std::uint64_t low, const Ne
 }
 
 template <typename Neighbour>
-void ComponentLabels::add_low_alone(Slice some, std::uint32_t end, const Neighbour& neighbour,
-                                    Room& room) noexcept {
+void ComponentLabels::add_low(Slice some, std::uint32_t blocks,
+                              const Neighbour& neighbour) noexcept {
   for (std::uint32_t b = some.first; b < some.end; ++b) {
-    if (parts_of_[b].is_near && parts_of_[b].low != 0) add_low_cells(b, neighbour, end - b, room);
+    if (parts_of_[b].is_near && parts_of_[b].low != 0) add_low_cells(b, neighbour, blocks - b);
   }
-}
-
-// Each part has a share of the numbers that are left. Where one grows short of them, one worker
-// does all again, who grows short later.
-template <typename Neighbour>
-void ComponentLabels::add_low(Slice some, std::uint32_t blocks, const Neighbour& neighbour,
-                              const Executor& executor) noexcept {
-  Room room{part_count_, max_with_low_};
-  if (executor.workers > 1 && some.size() == blocks) {
-    constexpr std::uint32_t kLeast = 256;
-    const Cut parts(executor, some, kLeast);
-    const auto number_of = [&](std::uint32_t block) noexcept {
-      return room.next +
-             static_cast<std::uint32_t>(std::uint64_t{room.end - room.next} * block / blocks);
-    };
-    bool was_short[Cut::kMost];
-    for_parts(executor, parts.parts(), [&](std::uint32_t part, std::uint32_t) noexcept {
-      const Slice own = parts[part];
-      Room share{number_of(own.first), number_of(own.end)};
-      add_low_alone(own, own.end, neighbour, share);
-      was_short[part] = share.was_short;
-    });
-    if (std::none_of(was_short, was_short + parts.parts(), [](bool is) { return is; })) return;
-  }
-  add_low_alone(some, blocks, neighbour, room);
-  part_count_ = room.next;
 }
 
 template <typename Neighbour>
 void ComponentLabels::add_low_cells(std::uint32_t b, const Neighbour& neighbour,
-                                    std::uint32_t blocks_left, Room& room) noexcept {
+                                    std::uint32_t blocks_left) noexcept {
   Parts& own = parts_of_[b];
-  own.first_low = room.next;
+  own.first_low = part_count_;
   own.low_count = 0;
   visit_touched(b, own.low, neighbour,
                 [&](const Open& part, std::uint64_t touched, std::uint64_t low) noexcept {
                   if (component_[part.part] == kNone) return touched;
                   // As in `split_block`.
-                  const std::uint64_t following = room.is_short(blocks_left) ? low : touched;
-                  cells_[room.next] = following;
-                  component_[room.next++] = component_[part.part];
+                  const std::uint64_t following =
+                      is_short(max_with_low_, blocks_left) ? low : touched;
+                  cells_[part_count_] = following;
+                  component_[part_count_++] = component_[part.part];
                   ++own.low_count;
                   return following;
                 });

@@ -33,6 +33,8 @@ std::uint32_t Pipeline::State::closing_step_cost() const noexcept {
   switch (closing) {
     case Closing::kRemoval:
       return removal.step_cost(blocks);
+    case Closing::kComponents:
+      return slice_cost::kComponents;
     case Closing::kDecision:
       return slice_cost::kDecision;
     case Closing::kOutput:

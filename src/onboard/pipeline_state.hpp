@@ -57,6 +57,17 @@ struct Pipeline::State {
   void close_now() noexcept;
   void remove_now() noexcept;
   void close_step() noexcept;
+  static void classify_components(void* state) noexcept {
+    const onboard::EvidenceWindow& window = static_cast<State*>(state)->window;
+    while (static_cast<State*>(state)->removal.classify_step(window)) {
+    }
+  }
+  /// Components, by one worker, while others relabel the keyframe that leaves the window.
+  void classify_and_relabel() noexcept;
+  /// Whether it is certain before they are classified that the keyframe leaves evidence.
+  [[nodiscard]] bool relabels_beside() const noexcept {
+    return !config.deferred && !standing.may_repeat();
+  }
   void begin_closing() noexcept;
   void decide() noexcept;
   void record() noexcept;
@@ -132,7 +143,8 @@ struct Pipeline::State {
   /// What closes a keyframe, in this order.
   enum class Closing : std::uint8_t {
     kBegin,
-    kRemoval,       ///< which cells are dynamic
+    kRemoval,       ///< which cells are dynamic by themselves
+    kComponents,    ///< which are with what they belong to
     kDecision,      ///< what follows from that at once: what final labels need, and up
     kOutput,        ///< labels and cells
     kRecord,        ///< in the window

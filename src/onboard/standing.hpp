@@ -23,6 +23,8 @@ class Standing {
   /// Whether it repeats earlier ones, by its cells, all of which are labelled, or else is kept.
   /// O(blocks x window) where the robot stands, else O(1).
   [[nodiscard]] bool repeats(const BlockWindow& window, const CellTable& cells) noexcept;
+  /// False if it does not, whatever its cells are. O(1).
+  [[nodiscard]] bool may_repeat() const noexcept { return kept_ >= window_; }
   /// Nothing before the next keyframe counts.
   void forget() noexcept { kept_ = 0; }
 

@@ -3,7 +3,6 @@
 
 #include "src/free_space/ground_patch.hpp"
 #include "storages.hpp"
-#include "tests/shuffled.hpp"
 #include "tests/test.hpp"
 
 using namespace unimapper;
@@ -50,13 +49,12 @@ struct Grid {
 /// Component of every labelled cell; `count` is what `label` returned.
 template <typename Labels>
 std::map<Cell, std::uint32_t> labels_of(const Grid& grid, std::uint32_t& count,
-                                        std::size_t parts_per_block = 8,
-                                        const Executor& executor = {}, std::size_t spare = 0) {
-  Labels labels(grid.blocks.size() + spare, (grid.blocks.size() + spare) * parts_per_block);
+                                        std::size_t parts_per_block = 8) {
+  Labels labels(grid.blocks.size(), grid.blocks.size() * parts_per_block);
   count = labels->label(
       static_cast<std::uint32_t>(grid.blocks.size()),
       [&](std::uint32_t b) { return grid.cells[b]; },
-      [&](std::uint32_t b, const BlockOffset& to) { return grid.neighbour(b, to); }, executor);
+      [&](std::uint32_t b, const BlockOffset& to) { return grid.neighbour(b, to); });
   std::map<Cell, std::uint32_t> component;
   for (std::uint32_t b = 0; b < grid.blocks.size(); ++b) {
     labels->visit(b, [&](std::uint32_t number, std::uint64_t some) {
@@ -127,33 +125,6 @@ TEMPLATE_TEST_CASE("Labels are those of plain flooding, whatever touches and how
     std::set<std::uint32_t> different;
     for (const auto& [label, number] : number_of) different.insert(number);
     REQUIRE(different.size() == number_of.size());
-  }
-}
-
-TEST_CASE("Several workers find the same components, wherever room grows short") {
-  std::mt19937 random(11);
-  const std::set<Cell> cells = random_cells(random, 25, 9000);
-  std::set<Cell> low = random_cells(random, 25, 6000);
-  for (const Cell& cell : cells) low.erase(cell);
-  const Grid grid(cells, low);
-  for (const std::size_t parts_per_block : {1, 2, 8}) {
-    for (const std::size_t spare : {0, 100, 5000}) {
-      INFO(parts_per_block << " parts per block, " << spare << " blocks to spare");
-      Shuffled workers(3, 5);
-      std::uint32_t alone_count = 0;
-      std::uint32_t count = 0;
-      const auto alone =
-          labels_of<OnHeap<ComponentLabels>>(grid, alone_count, parts_per_block, {}, spare);
-      const auto shared = labels_of<OnHeap<ComponentLabels>>(grid, count, parts_per_block,
-                                                             workers.executor(), spare);
-      CHECK(workers.most_parts() > 4);
-      CHECK(count == alone_count);
-      REQUIRE(shared.size() == alone.size());
-      std::map<std::uint32_t, std::uint32_t> number;
-      for (const auto& [cell, component] : alone) {
-        REQUIRE(number.try_emplace(component, shared.at(cell)).first->second == shared.at(cell));
-      }
-    }
   }
 }
 

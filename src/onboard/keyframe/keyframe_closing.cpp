@@ -34,6 +34,13 @@ void Pipeline::State::close_step() noexcept {
     case Closing::kRemoval:
       if (removal.step(builder.scans().cells(), window)) return;
       break;
+    case Closing::kComponents:
+      if (relabels_beside()) {
+        classify_and_relabel();
+      } else if (removal.classify_step(window)) {
+        return;
+      }
+      break;
     case Closing::kDecision:
       decide();
       break;
@@ -81,13 +88,20 @@ void Pipeline::State::begin_closing() noexcept {
   removal.begin(builder.scans().grid(), viewpoint());
 }
 
+void Pipeline::State::classify_and_relabel() noexcept {
+  finisher.labels().begin_evicted(window, finished_untold);
+  finisher.labels().step(window, classify_components, this);
+}
+
 void Pipeline::State::decide() noexcept {
+  const bool is_relabelled = relabels_beside();
   current->view.repeats = standing.repeats(window.blocks(), removal.cells());
   current->view.sequence = current->view.repeats ? sequence - 1 : sequence++;
   if (current->view.repeats) {
     builder.keep_slip(current->view.slip);
   } else {
-    finisher.begin_labels(window, removal.cells(), finished_untold, *current);
+    if (!is_relabelled) finisher.begin_labels(window, finished_untold);
+    finisher.store_labels(window, removal.cells(), *current);
     find_up();
   }
   output.begin(window.blocks(), removal.cells(), current->view.T_odometry_keyframe,

@@ -16,10 +16,13 @@ void KeyframeFinisher::allocate(Arena& arena) noexcept {
   if (config_.deferred) places_.allocate_scratch(arena, config_.loop_search);
 }
 
-void KeyframeFinisher::begin_labels(const EvidenceWindow& window, const CellTable& cells,
-                                    bool keeps_result, Keyframe& keyframe) noexcept {
+void KeyframeFinisher::begin_labels(const EvidenceWindow& window, bool keeps_result) noexcept {
   labels_.begin_evicted(window, keeps_result);
   if (!config_.deferred) labels_.finish(window);
+}
+
+void KeyframeFinisher::store_labels(const EvidenceWindow& window, const CellTable& cells,
+                                    Keyframe& keyframe) noexcept {
   labels_.store(window, cells, keyframe.view.sequence);
   keyframe.dropped(DropCause::kEvidenceFull) = window.left_out() + labels_.not_stored();
 }

@@ -30,11 +30,13 @@ class KeyframeFinisher {
   /// The odometry was restarted. The window forgets first.
   void forget() noexcept { labels_.forget(); }
 
-  /// Stores what final labels will need of the decided cells of `keyframe` and begins to relabel
-  /// the keyframe that it evicts. Before the window records the cells; what was begun before is
-  /// finished, and with `keeps_result` its final labels can be applied until the first `step`.
-  /// O(blocks); without `deferred` O(undecided cells x images of the window).
-  void begin_labels(const EvidenceWindow& window, const CellTable& cells, bool keeps_result,
+  /// Begins to relabel the keyframe that the next record evicts. What was begun before is finished,
+  /// and with `keeps_result` its final labels can be applied until the first `step`. O(1); without
+  /// `deferred` O(undecided cells x images of the window).
+  void begin_labels(const EvidenceWindow& window, bool keeps_result) noexcept;
+  /// Then stores what final labels will need of the decided cells of `keyframe`, before the window
+  /// records them. O(blocks).
+  void store_labels(const EvidenceWindow& window, const CellTable& cells,
                     Keyframe& keyframe) noexcept;
   /// The keyframe is complete but for its place, and recorded: the rest may be done.
   void begin(Keyframe& keyframe) noexcept;

@@ -10,8 +10,6 @@ namespace unimapper::onboard {
 
 void ComponentClassifier::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   config_ = config.removal;
-  executor_ = config.executor;
-  shared_slice_blocks_ = slice_size(config, 4096, executor_.workers);
   slice_blocks_ = slice_size(config, 4096, 1);
   confirmed_static_ = in_thousandths(std::min(config.removal.confirmed_static_log_odds, 30.0F));
   // Blocks have 1.3 parts each at most, with every sensor measured, and are no more than 0.6 of
@@ -41,8 +39,7 @@ bool ComponentClassifier::step(const BlockWindow& window, std::span<const std::i
     if (!labels_.spread(blocks, slice_blocks_, signs, neighbour)) task_ = Task::kFollow;
     return true;
   }
-  const Slice some =
-      loop_.next(blocks, task_ == Task::kMark ? shared_slice_blocks_ : slice_blocks_);
+  const Slice some = loop_.next(blocks, slice_blocks_);
   switch (task_) {
     case Task::kSplit:
       labels_.split(some, blocks, [&](std::uint32_t b) noexcept {
@@ -53,7 +50,7 @@ bool ComponentClassifier::step(const BlockWindow& window, std::span<const std::i
     case Task::kSpread:
       break;
     case Task::kFollow:
-      labels_.add_low(some, blocks, neighbour, executor_);
+      labels_.add_low(some, blocks, neighbour);
       break;
     case Task::kCount:
       if (some.first == 0) {
@@ -65,8 +62,7 @@ bool ComponentClassifier::step(const BlockWindow& window, std::span<const std::i
       if (loop_.is_over()) decide_all(viewpoint);
       break;
     case Task::kMark:
-      for_slices(executor_, some, kBlocksPerPart,
-                 [&](Slice part, std::uint32_t) noexcept { mark(cells, part); });
+      mark(cells, some);
       break;
     case Task::kClusters:
       clusters_.mark(window, log_odds, labels_, tally_, cells);

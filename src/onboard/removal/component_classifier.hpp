@@ -38,8 +38,8 @@ class ComponentClassifier {
   /// Begins with the candidates of a keyframe.
   void begin() noexcept;
   /// Does the next part of classifying the candidates of `cells`, whose evidence is `log_odds`
-  /// (thousandths, by row): with `deferred` 4,096 blocks of one of its loops, for each worker where
-  /// it is shared. False once all is done, in O(candidates), nearly; neighbours are looked up
+  /// (thousandths, by row): with `deferred` 4,096 blocks of one of its loops. False once all is
+  /// done, in O(candidates), nearly; neighbours are looked up
   /// block-wise.
   bool step(const BlockWindow& window, std::span<const std::int16_t> log_odds,
             const Viewpoint& viewpoint, CellTable& cells) noexcept;
@@ -92,9 +92,7 @@ class ComponentClassifier {
   [[nodiscard]] bool persists(const ComponentTally& tally) const noexcept;
 
   RemovalConfig config_;
-  Executor executor_;
-  std::uint32_t shared_slice_blocks_ = 0;
-  std::uint32_t slice_blocks_ = 0;  ///< of loops that one worker does
+  std::uint32_t slice_blocks_ = 0;
   float cell_m_ = 0.2F;
   std::int32_t confirmed_static_ = 0;  ///< thousandths; clamp of a cell's evidence
   Task task_ = Task::kDone;

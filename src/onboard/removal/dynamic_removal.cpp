@@ -82,11 +82,6 @@ void DynamicRemoval::list_stages(std::uint32_t blocks, Stage stage) const noexce
         [](DynamicRemoval& removal, const Input& in) noexcept {
           return removal.filter_.step(in.window, removal.cells_);
         });
-  stage(slice_cost::kComponents, [](DynamicRemoval& removal, const Input& in) noexcept {
-    return removal.config_.removal.components &&
-           removal.classifier_.step(in.window.blocks(), removal.filter_.log_odds(),
-                                    removal.viewpoint_, removal.cells_);
-  });
 }
 
 bool DynamicRemoval::step(const CellStore& store, EvidenceWindow& window) noexcept {

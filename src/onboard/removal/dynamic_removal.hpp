@@ -35,9 +35,15 @@ class DynamicRemoval {
   /// cell or block is added until all slices are done. O(1).
   void begin(const Grid& grid, const Viewpoint& viewpoint) noexcept;
   /// The next slice. With `deferred` for each worker 4,096 blocks of cells or 2,048 plane fits, or
-  /// one pass over the coarse voxels, or one over the cells that decides nothing. False once all
-  /// cells are labelled.
+  /// one pass over the coarse voxels, or one over the cells that decides nothing. False once each
+  /// cell has its own evidence.
   bool step(const CellStore& store, EvidenceWindow& window) noexcept;
+  /// What follows: a slice of the components. One worker does it. False once all cells are
+  /// labelled.
+  bool classify_step(const EvidenceWindow& window) noexcept {
+    return config_.removal.components &&
+           classifier_.step(window.blocks(), filter_.log_odds(), viewpoint_, cells_);
+  }
   /// What it costs, about (`slice_cost`), in a keyframe of so many blocks.
   [[nodiscard]] std::uint32_t step_cost(std::uint32_t blocks) const noexcept;
 

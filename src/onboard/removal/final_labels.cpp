@@ -196,16 +196,24 @@ void FinalLabels::start(const BlockWindow& blocks) noexcept {
   progress_ = Progress::kUnderWay;
 }
 
-bool FinalLabels::step(const EvidenceWindow& window) noexcept {
-  if (!is_in_progress()) return false;
+bool FinalLabels::step(const EvidenceWindow& window, void (*beside)(void*),
+                       void* context) noexcept {
+  if (!is_in_progress()) {
+    if (beside != nullptr) beside(context);
+    return false;
+  }
   if (progress_ == Progress::kBegun) start(window.blocks());
   const Stored& keyframe = keyframes_[0];
   const Ages ages{window.blocks().age_of(keyframe.keyframe), window.blocks().age_of(latest_)};
   const Slice some = next_slice();
   constexpr std::uint32_t kOpenBlocksPerPart = 64;
-  for_slices(executor_, some, kOpenBlocksPerPart, [&](Slice part, std::uint32_t worker) noexcept {
+  const Cut cut(executor_, some, kOpenBlocksPerPart);
+  const std::uint32_t first = beside == nullptr ? 0 : 1;
+  for_parts(executor_, first + cut.parts(), [&](std::uint32_t part, std::uint32_t worker) noexcept {
+    if (part < first) return beside(context);
     Group& group = groups_[worker];
-    for (std::uint32_t b = part.first; b < part.end; ++b) {
+    const Slice own = cut[part - first];
+    for (std::uint32_t b = own.first; b < own.end; ++b) {
       if (!group.has_room()) finish_group(window, ages, group);
       add(window.blocks(), b, ages, group);
     }

@@ -40,8 +40,10 @@ class FinalLabels {
   /// Relabels the next blocks, with `deferred` of 2,048 cells for each worker at most; afterwards a
   /// keyframe may be recorded, but no evidence that was there at the beginning may be gone. What
   /// was begun has to be finished before another one begins. False once no block is left. O(images
-  /// of the window).
-  bool step(const EvidenceWindow& window) noexcept;
+  /// of the window). One worker calls `beside(context)` first, which must not write what this
+  /// reads.
+  bool step(const EvidenceWindow& window, void (*beside)(void*) = nullptr,
+            void* context = nullptr) noexcept;
   /// All that is left.
   void finish(const EvidenceWindow& window) noexcept {
     while (step(window)) {
