@@ -41,9 +41,10 @@ class Cut {
   static constexpr std::uint32_t kMost = 64;
 
   Cut(const Executor& executor, Slice all, std::uint32_t least) noexcept
+      : Cut(executor.workers > 1, all, least) {}
+  Cut(bool is_shared, Slice all, std::uint32_t least) noexcept
       : all_(all),
-        size_(std::max(executor.workers == 1 ? all.size() : (all.size() + kMost - 1) / kMost,
-                       least)) {}
+        size_(std::max(is_shared ? (all.size() + kMost - 1) / kMost : all.size(), least)) {}
 
   [[nodiscard]] std::uint32_t parts() const noexcept { return (all_.size() + size_ - 1) / size_; }
   [[nodiscard]] Slice operator[](std::uint32_t part) const noexcept {

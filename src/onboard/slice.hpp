@@ -15,12 +15,11 @@ inline constexpr std::uint32_t kBlocksPerPart = 256;
 /// Coarse voxels of a part.
 inline constexpr std::uint32_t kVoxelsPerPart = 128;
 
-/// Elements of a slice: as many for each of the workers that share it, so that its time stays the
-/// same. All there are where nothing is deferred.
+/// Elements of a slice: all there are where nothing is deferred. Several workers share it: what a
+/// call tells does not depend on them, only how long it takes.
 [[nodiscard]] inline std::uint32_t slice_size(const PipelineConfig& config,
-                                              std::uint32_t per_worker,
-                                              std::uint32_t workers) noexcept {
-  return config.deferred ? per_worker * workers : UINT32_MAX;
+                                              std::uint32_t elements) noexcept {
+  return config.deferred ? elements : UINT32_MAX;
 }
 
 /// A loop over numbered elements, some at a time.

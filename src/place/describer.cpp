@@ -81,7 +81,6 @@ class PlaceDescriber::State {
 
   DescriptorConfig config_{};
   Executor executor_;
-  std::uint32_t halves_ = 1;  // of a stage, that are done at once
   bool only_planes_ = false;
   Stage stage_ = Stage::kDone;
   std::size_t done_ = 0;             // cells or passes of the stage
@@ -99,7 +98,6 @@ void PlaceDescriber::State::allocate(Arena& arena, const DescriptorConfig& confi
                                      const DescriptorInput& input) noexcept {
   config_ = config;
   executor_ = input.executor;
-  halves_ = executor_.workers > 1 ? 2 : 1;
   keypoints_.allocate(arena, config.max_keypoints);
   planes_.allocate(arena, config, input.voxel_size_m);
   dropped_ = 0;
@@ -118,7 +116,7 @@ void PlaceDescriber::State::begin(std::span<const FineCell> cells) noexcept {
 template <typename Work>
 void PlaceDescriber::State::take_piece(std::span<const FineCell> cells, std::size_t most,
                                        Stage next, Work&& work) noexcept {
-  const std::size_t count = std::min(cells.size() - done_, halves_ * most);
+  const std::size_t count = std::min(cells.size() - done_, most);
   work(cells.subspan(done_, count));
   done_ += count;
   if (done_ == cells.size()) go_to(next);
@@ -155,7 +153,7 @@ bool PlaceDescriber::State::step() noexcept {
                  [this](auto piece) { enter_structure(piece); });
       break;
     case Stage::kFits:
-      if (!planes_.fit_some(kFitsPerStep * executor_.workers, executor_)) go_to(Stage::kPlanes);
+      if (!planes_.fit_some(kFitsPerStep, executor_)) go_to(Stage::kPlanes);
       break;
     case Stage::kPlanes:
       planes_.select(ground_);
@@ -186,15 +184,14 @@ std::uint32_t PlaceDescriber::State::steps_left() const noexcept {
   const std::size_t structure = selects ? cells_.size() : structure_cells_.size();
   std::uint32_t steps = 1;
   if (stage_ <= Stage::kSelection) {
-    steps += pieces(cells_.size() - done_, halves_ * kSelectedPerStep);
+    steps += pieces(cells_.size() - done_, kSelectedPerStep);
   }
   if (stage_ <= Stage::kGround) ++steps;
   if (stage_ <= Stage::kStructure) {
-    steps +=
-        pieces(structure - (stage_ == Stage::kStructure ? done_ : 0), halves_ * kEnteredPerStep);
+    steps += pieces(structure - (stage_ == Stage::kStructure ? done_ : 0), kEnteredPerStep);
   }
   if (stage_ <= Stage::kFits) {
-    steps += 1 + pieces(planes_.unfitted(), kFitsPerStep * executor_.workers);
+    steps += 1 + pieces(planes_.unfitted(), kFitsPerStep);
   }
   if (stage_ <= Stage::kPlanes) ++steps;
   if (stage_ < Stage::kCorners) steps += StructureMap::kPasses;
@@ -223,7 +220,7 @@ bool PlaceDescriber::State::is_within_range(const FineCell& cell) const noexcept
 // Selects the cells that are finite and within range. Ground cells go to the height grid, structure
 // is kept.
 void PlaceDescriber::State::select_cells(std::span<const FineCell> cells) noexcept {
-  if (halves_ == 2) {
+  if (executor_.workers > 1) {
     return do_both([&] { select<true, false>(cells); }, [&] { select<false, true>(cells); });
   }
   select<true, true>(cells);

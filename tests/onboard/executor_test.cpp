@@ -79,6 +79,31 @@ TEST_CASE("several workers give the same results with deferred work", "[executor
   compare(config, drive, {2, 3}, {2, 120, 3});
 }
 
+TEST_CASE("deferred work tells of a keyframe in the same call with any number of workers",
+          "[executor]") {
+  PipelineConfig config = short_keyframes(5, 4);
+  config.deferred = true;
+  const auto told = [&](const Executor& executor) {
+    config.executor = executor;
+    OwnedPipeline pipeline(config);
+    REQUIRE(pipeline);
+    std::vector<int> calls;
+    for (std::int64_t i = 0; i < 40; ++i) {
+      const TownScan& scan = town_scan(i);
+      const ScanResult result =
+          pipeline->add_scan(scan.view(), scan.T_odometry_sensor, 1 + i * kPeriodNs);
+      calls.push_back(2 * result.keyframe_ready + result.keyframe_finished);
+    }
+    return calls;
+  };
+  const std::vector<int> alone = told({});
+  CHECK(std::count(alone.begin(), alone.end(), 2) > 4);
+  for (const std::uint32_t workers : {2, 4}) {
+    Shuffled shuffled(workers, 1);
+    CHECK(told(shuffled.executor()) == alone);
+  }
+}
+
 TEST_CASE("several workers give the same results where containers are full", "[executor][slow]") {
   PipelineConfig config = short_keyframes(5, 4);
   Drive drive;

@@ -34,7 +34,7 @@ class PlaceDescriber {
   /// Begins a description in steps with a bound, for callers who have little time at once. `step`
   /// follows until it returns false, then `place()`. The cells stay valid until then.
   void begin(std::span<const FineCell> cells) noexcept;
-  /// The next step: at most 16,384 cells or 1,024 plane fits for each worker, or one pass over the
+  /// The next step: at most 16,384 cells or 1,024 plane fits, or one pass over the
   /// grid. False once nothing is left.
   bool step() noexcept;
   /// About how many steps are left; 0 exactly when none is.

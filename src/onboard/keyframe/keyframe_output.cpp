@@ -22,7 +22,7 @@ std::uint16_t saturated(std::uint32_t points) noexcept {
 void KeyframeOutput::allocate_labels(Arena& arena, const PipelineConfig& config) noexcept {
   ground_ = config.ground;
   executor_ = config.executor;
-  slice_blocks_ = slice_size(config, 4096, executor_.workers);
+  slice_blocks_ = slice_size(config, 4096);
   feet_.allocate(arena, config);
   entries_ = static_cast<std::uint32_t>(CellStore::max_entries(config.voxel));
   dynamic_from_ = arena.allocate<std::uint32_t>(std::size_t{entries_} / 2 + 1);

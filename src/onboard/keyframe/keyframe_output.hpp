@@ -30,7 +30,7 @@ class KeyframeOutput {
   /// `ScanAccumulator`, until the last step. O(blocks and room for cells).
   void begin(const BlockWindow& window, const CellTable& cells, const Pose& T_odometry_keyframe,
              const IntensitySum* intensities) noexcept;
-  /// Converts those of the next blocks, with `deferred` 4,096 for each worker. False once none is
+  /// Converts those of the next blocks, with `deferred` 4,096. False once none is
   /// left. O(cells).
   bool step(const BlockWindow& window, const CellTable& cells, const CoarseVoxels& voxels) noexcept;
 

@@ -53,7 +53,7 @@ void BayesFilter::allocate(Arena& arena, const PipelineConfig& config) noexcept 
   log_odds_.store = std::min(std::max(log_odds_.clamp, log_odds_.confirmed_static), 30000);
   executor_ = config.executor;
   workers_ = arena.allocate<Worker>(executor_.workers);
-  slice_blocks_ = slice_size(config, 4096, executor_.workers);
+  slice_blocks_ = slice_size(config, 4096);
   slice_projections_ = config.deferred ? 1U << 16U : UINT32_MAX;
   sums_ = arena.allocate<std::int16_t>(config.voxel.max_cells);
   sums_before_ = arena.allocate<std::int16_t>(config.voxel.max_cells);
@@ -75,14 +75,14 @@ void BayesFilter::begin(const EvidenceWindow& window, const CellTable& cells) no
 bool BayesFilter::step(const EvidenceWindow& window, CellTable& cells) noexcept {
   if (slice_.size() == 0) {
     slice_ = loop_.next(static_cast<std::uint32_t>(cells.blocks().size()), slice_blocks_);
-    const Cut begun(executor_, slice_, kBlocksPerPart);
+    const Cut begun(is_shared(), slice_, part_blocks());
     for (std::uint32_t part = 0; part < begun.parts(); ++part)
       next_block_[part] = begun[part].first;
   }
-  const Cut cut(executor_, slice_, kBlocksPerPart);
+  const Cut cut(is_shared(), slice_, part_blocks());
   // By part: what a worker has done before depends on which parts it took.
   const std::uint32_t most_new =
-      slice_projections_ / std::max(images_, 1U) / std::max(cut.parts(), 1U) * executor_.workers;
+      slice_projections_ / std::max(images_, 1U) / std::max(cut.parts(), 1U);
   for_parts(executor_, cut.parts(), [&](std::uint32_t part, std::uint32_t worker) noexcept {
     next_block_[part] =
         collect_some(window, cells, {next_block_[part], cut[part].end}, most_new, workers_[worker]);

@@ -29,7 +29,7 @@ class BayesFilter {
   /// Begins to mark the candidates of `cells` whose probability exceeds one half as dynamic.
   /// O(cells).
   void begin(const EvidenceWindow& window, const CellTable& cells) noexcept;
-  /// Decides about the next ones. With `deferred` each worker does those of 4,096 blocks, or what
+  /// Decides about the next ones. With `deferred` it does those of 4,096 blocks, or what
   /// about 65,536 projections into images decide. False once none is left.
   bool step(const EvidenceWindow& window, CellTable& cells) noexcept;
   /// Images that a new candidate is projected into.
@@ -52,6 +52,13 @@ class BayesFilter {
   /// Candidates that a worker has not decided about yet. Every block has one worker.
   struct Worker;
 
+  // Where the work is deferred, parts, and so steps, are the same with any number of workers; few
+  // of them, for each ends with its own number of new candidates.
+  [[nodiscard]] bool is_deferred() const noexcept { return slice_blocks_ != UINT32_MAX; }
+  [[nodiscard]] bool is_shared() const noexcept { return executor_.workers > 1 || is_deferred(); }
+  [[nodiscard]] std::uint32_t part_blocks() const noexcept {
+    return is_deferred() ? 1024 : kBlocksPerPart;
+  }
   /// Does blocks of a part until they held more than so many new candidates. Returns the next one.
   std::uint32_t collect_some(const EvidenceWindow& window, CellTable& cells, Slice blocks,
                              std::uint32_t most_new, Worker& worker) noexcept;

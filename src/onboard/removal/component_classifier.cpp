@@ -10,7 +10,7 @@ namespace unimapper::onboard {
 
 void ComponentClassifier::allocate(Arena& arena, const PipelineConfig& config) noexcept {
   config_ = config.removal;
-  slice_blocks_ = slice_size(config, 4096, 1);
+  slice_blocks_ = slice_size(config, 4096);
   confirmed_static_ = in_thousandths(std::min(config.removal.confirmed_static_log_odds, 30.0F));
   // Blocks have 1.3 parts each at most, with every sensor measured, and are no more than 0.6 of
   // those there is room for.

@@ -31,18 +31,17 @@ void DynamicRemoval::list_stages(std::uint32_t blocks, Stage stage) const noexce
     return false;
   });
   stage(slice_cost::kTable, [](DynamicRemoval& removal, const Input& in) noexcept {
-    removal.cells_.add(in.store, in.window.blocks().order(),
-                       removal.next_blocks(in, in.executor.workers), in.executor);
+    removal.cells_.add(in.store, in.window.blocks().order(), removal.next_blocks(in), in.executor);
     if (!removal.loop_.is_over()) return true;
     removal.voxels_.begin();  // they lie where the sums did
     return false;
   });
   stage(slice_cost::kMoments, [](DynamicRemoval& removal, const Input& in) noexcept {
-    removal.voxels_.add(removal.cells_, removal.next_blocks(in, 1), in.executor);
+    removal.voxels_.add(removal.cells_, removal.next_blocks(in), in.executor);
     return !removal.loop_.is_over();
   });
   stage(slice_cost::kPlanes, [](DynamicRemoval& removal, const Input& in) noexcept {
-    const std::uint32_t most = slice_size(removal.config_, 2048, in.executor.workers);
+    const std::uint32_t most = slice_size(removal.config_, 2048);
     for_slices(in.executor, removal.loop_.next(removal.voxels_.map().size(), most), kVoxelsPerPart,
                [&](Slice some, std::uint32_t) noexcept {
                  removal.voxels_.find_planes(removal.cells_.grid(), some);
@@ -66,7 +65,7 @@ void DynamicRemoval::list_stages(std::uint32_t blocks, Stage stage) const noexce
     return false;
   });
   stage(slice_cost::kSplit, [](DynamicRemoval& removal, const Input& in) noexcept {
-    for_slices(in.executor, removal.next_blocks(in, in.executor.workers), kBlocksPerPart,
+    for_slices(in.executor, removal.next_blocks(in), kBlocksPerPart,
                [&](Slice some, std::uint32_t) noexcept {
                  split_ground(removal.config_.ground, removal.config_.removal, removal.voxels_,
                               {removal.viewpoint_.sensor_m, removal.viewpoint_.stray_range_m}, some,
@@ -104,8 +103,8 @@ std::uint32_t DynamicRemoval::step_cost(std::uint32_t blocks) const noexcept {
   return cost;
 }
 
-Slice DynamicRemoval::next_blocks(const Input& in, std::uint32_t workers) noexcept {
-  return loop_.next(in.store.block_count(), slice_size(config_, 4096, workers));
+Slice DynamicRemoval::next_blocks(const Input& in) noexcept {
+  return loop_.next(in.store.block_count(), slice_size(config_, 4096));
 }
 
 void DynamicRemoval::prepare_evidence(EvidenceWindow& window) noexcept {

@@ -34,7 +34,7 @@ class DynamicRemoval {
   /// Begins with the keyframe whose cells these are, and which is the window's current one. No
   /// cell or block is added until all slices are done. O(1).
   void begin(const Grid& grid, const Viewpoint& viewpoint) noexcept;
-  /// The next slice. With `deferred` for each worker 4,096 blocks of cells or 2,048 plane fits, or
+  /// The next slice. With `deferred` 4,096 blocks of cells or 2,048 plane fits, or
   /// one pass over the coarse voxels, or one over the cells that decides nothing. False once each
   /// cell has its own evidence.
   bool step(const CellStore& store, EvidenceWindow& window) noexcept;
@@ -67,8 +67,7 @@ class DynamicRemoval {
 
   template <typename Stage>
   void list_stages(std::uint32_t blocks, Stage stage) const noexcept;
-  /// Of a slice that so many workers share.
-  Slice next_blocks(const Input& in, std::uint32_t workers) noexcept;
+  Slice next_blocks(const Input& in) noexcept;
   void prepare_evidence(EvidenceWindow& window) noexcept;
 
   const PipelineConfig& config_;

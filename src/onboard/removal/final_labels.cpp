@@ -122,7 +122,7 @@ void FinalLabels::allocate(Arena& arena, const PipelineConfig& config) noexcept 
   capacity_ = std::max(config.voxel.max_cells, keyframe_capacity_);
   open_ = arena.allocate<OpenBlock>(capacity_);
   executor_ = config.executor;
-  slice_cells_ = slice_size(config, kGroup, executor_.workers);
+  slice_cells_ = slice_size(config, kGroup);
   groups_ = arena.allocate<Group>(executor_.workers);
   changed_.allocate(arena, config.voxel.max_cells / 16 + 1);
 }

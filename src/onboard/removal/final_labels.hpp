@@ -37,7 +37,7 @@ class FinalLabels {
   bool begin_evicted(const EvidenceWindow& window, bool keeps_result) noexcept;
   /// Begins to relabel the oldest keyframe there is, after the last record. False if there is none.
   bool begin_oldest(const EvidenceWindow& window) noexcept;
-  /// Relabels the next blocks, with `deferred` of 2,048 cells for each worker at most; afterwards a
+  /// Relabels the next blocks, with `deferred` of 2,048 cells at most; afterwards a
   /// keyframe may be recorded, but no evidence that was there at the beginning may be gone. What
   /// was begun has to be finished before another one begins. False once no block is left. O(images
   /// of the window). One worker calls `beside(context)` first, which must not write what this
