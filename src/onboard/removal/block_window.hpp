@@ -125,6 +125,13 @@ class BlockWindow {
     }
   }
 
+  /// Starts loading what `occupied_entry` reads; any entry will do.
+  void prefetch_entry(std::uint32_t entry) const noexcept {
+    const std::uint64_t* const history = history_ + entry * std::size_t{slots_};
+    prefetch_for_read(history);
+    prefetch_for_read(history + slots_ - 1);
+  }
+
   /// Number of the current keyframe since the beginning, and how long ago another one was.
   [[nodiscard]] std::uint32_t keyframe() const noexcept { return keyframe_; }
   [[nodiscard]] std::uint32_t age_of(std::uint32_t keyframe) const noexcept {

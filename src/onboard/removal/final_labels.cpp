@@ -15,6 +15,8 @@ constexpr std::int32_t kStaticObservations = 3;
 /// As many images of each keyframe are used: the others repeat them.
 constexpr std::uint32_t kImagesPerKeyframe = 2;
 
+constexpr std::uint32_t kHistoryAhead = 8;  ///< blocks whose history is loaded in advance
+
 /// Zones of equal area, rings around the origin of a keyframe's grid, which is next to its first
 /// scan: the first has a radius of 16 blocks, blocks beyond the last one belong to it.
 constexpr std::uint32_t kZones = 512;
@@ -215,6 +217,7 @@ bool FinalLabels::step(const EvidenceWindow& window, void (*beside)(void*),
     const Slice own = cut[part - first];
     for (std::uint32_t b = own.first; b < own.end; ++b) {
       if (!group.has_room()) finish_group(window, ages, group);
+      window.blocks().prefetch_entry(ring(keyframe.first + b + kHistoryAhead).entry());
       add(window.blocks(), b, ages, group);
     }
   });
