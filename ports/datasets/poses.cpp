@@ -166,11 +166,13 @@ class TrajectoryParser {
           "/Odometry as poses_tum.txt (t x y z qx qy qz qw), or hand in a bag with that "
           "topic; --own-odometry goes without");
     }
-    const bool may_be_angles = count == 6 || count == 7;
+    const bool may_be_angles = count >= 3 && count <= 7;
     fail_at_line(file_, number,
                  "expected a pose of 12 (KITTI) or 8 (TUM) columns, found " +
                      std::to_string(count) +
-                     (may_be_angles ? " (angles, or a quaternion without a stamp?); " : "; ") +
+                     (may_be_angles ? " (a position with angles, or a quaternion without a stamp? "
+                                      "angles are not read: convert them to a quaternion); "
+                                    : "; ") +
                      accepted_pose_columns());
   }
 
@@ -181,6 +183,13 @@ class TrajectoryParser {
       matrix_[4 * row + i] = parse_number(columns.text[i], file_, number);
     }
     if (row < 3) return;
+    if (trajectory_.poses.empty() && matrix_[15] != 1.0) {
+      fail_at_line(file_, number,
+                   "lines of 4 columns are rows of 4x4 matrices, whose fourth row is 0 0 0 1 (a "
+                   "position with an angle or a stamp? angles are not read: convert them to a "
+                   "quaternion; or a matrix by columns?); " +
+                       accepted_pose_columns());
+    }
     check_last_row(std::span(matrix_).last(4), file_, number);
     trajectory_.poses.push_back(to_pose(matrix_, file_, number));
   }

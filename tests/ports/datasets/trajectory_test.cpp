@@ -119,7 +119,8 @@ TEST_CASE("a header names the columns, also as a comment, whatever their order i
 
 TEST_CASE("what is not a pose is refused with what is accepted") {
   for (const auto& [text, reason] :
-       {std::pair("1 2 3 4 0.1 0.2 0.3\n", "angles"),
+       {std::pair("1 2 3 4 0.1 0.2 0.3\n", "angles"), std::pair("1 2 3 0.1 0.2\n", "angles"),
+        std::pair("1 2 3 0.1\n2 2 3 0.1\n3 2 3 0.1\n4 2 3 0.1\n", "angle or a stamp"),
         std::pair("time,x,y,z,roll,pitch,yaw\n1,2,3,4,0.1,0.2,0.3\n", "angles"),
         std::pair("t x y z\n", "'t' is not a number"),
         std::pair("1 2 3 4 0.1 0.2 0.3 0.4\n", "but 0.54"),
