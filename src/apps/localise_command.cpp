@@ -14,7 +14,7 @@ void register_localise(CLI::App& app) {
   command->add_option("RUN", given->run, "Run folder of `unimapper onboard`, or an LCM event log")
       ->required();
   command->add_option("--session", given->session,
-                      "Name of the session, where the run or log holds several");
+                      "Only that session, where the run or log holds several");
   command->add_option("--store", given->store, "Folder of the store; it is only read")->required();
   command->add_option("--epoch", given->epoch, "In the map of that epoch instead of the latest")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 62));

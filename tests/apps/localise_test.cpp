@@ -35,7 +35,7 @@ TEST_CASE("a short run is answered keyframe by keyframe, and the store is left a
   check_fails(run_unimapper(localise, {"--out", poses}), "--replace overwrites it");
 }
 
-TEST_CASE("of a log with two sessions the one with that name is localised") {
+TEST_CASE("of a log with two sessions each is localised by itself, or the one with that name") {
   const Project project;
   const fs::path monday = project.run("monday", 12);
   const fs::path tuesday = project.run("tuesday", 12);
@@ -44,10 +44,16 @@ TEST_CASE("of a log with two sessions the one with that name is localised") {
   project.directory.write("both.lcmlog", read_text(monday / "keyframes.lcmlog") +
                                              read_text(tuesday / "keyframes.lcmlog"));
   const Words both = {"localise", project.directory / "both.lcmlog", "--store", project.store};
-  const std::string remedy = "choose one session with --session, of monday, tuesday";
-  check_fails(run_unimapper(both), remedy);
-  check_fails(run_unimapper(both, {"--session", "sunday"}), remedy);
-  CHECK_THAT(run_well(both, {"--session", "tuesday"}).out, Contains("keyframes localised"));
+  check_fails(run_unimapper(both, {"--session", "sunday"}), "it holds monday, tuesday");
+  CHECK_THAT(run_well(both, {"--session", "tuesday"}).out, !Contains("session monday"));
+  CHECK_THAT(run_well(both).out, Contains("session monday") && Contains("session tuesday"));
+  const nlohmann::json all = nlohmann::json::parse(run_well(both, {"--json"}).out)["keyframes"];
+  CHECK(all.front()["session"] == "monday");
+  CHECK(all.back()["session"] == "tuesday");
+  // The way goes on, the keyframes of tuesday are counted anew.
+  CHECK(all.back()["keyframe"] < all.size() - 1);
+  CHECK(std::is_sorted(all.begin(), all.end(),
+                       [](const auto& a, const auto& b) { return a["path_m"] < b["path_m"]; }));
 }
 
 TEST_CASE("localisation without a store, a run or an epoch is refused in words") {

@@ -32,10 +32,13 @@ using LocaliseJson = nlohmann::ordered_json;
 /// Everything said about a run.
 struct Answers {
   std::int64_t epoch = 0;
+  std::vector<std::string> sessions;  ///< whose keyframe it is
   std::vector<std::uint32_t> sequences;
   std::vector<std::int64_t> stamps_ns;  ///< of the reference scans
   std::vector<Pose> T_map_sensor;       ///< at the stamps of the reference scans
   std::vector<merge::MapPose> poses;
+  std::uint32_t times_lost = 0;
+  std::vector<double> durations_ms;
 };
 
 merge::Localiser localiser_of(const LocaliseOptions& options, Answers& answers) {
@@ -45,20 +48,27 @@ merge::Localiser localiser_of(const LocaliseOptions& options, Answers& answers) 
   return {std::move(map.sessions), map.posed, map.config};
 }
 
-SessionData read_one_session(const LocaliseOptions& options) {
+/// The sessions to localise: the one with the name, or all, of which a run that was cut has
+/// several.
+std::vector<SessionData> read_sessions(const LocaliseOptions& options) {
   MergeOptions merge_options;
   merge_options.runs = {options.run};
   StoredContents contents(merge::MergeConfig().kept_bytes());
   std::vector<InputSession> inputs =
       gather_sessions(merge_options, contents, std::filesystem::temp_directory_path());
-  if (inputs.size() == 1 && options.session.empty()) return std::move(inputs.front().data);
+  std::vector<SessionData> sessions;
   std::string names;
   for (InputSession& input : inputs) {
-    if (input.data.info.name == options.session) return std::move(input.data);
     names += (names.empty() ? "" : ", ") + input.data.info.name;
+    if (options.session.empty() || input.data.info.name == options.session) {
+      sessions.push_back(std::move(input.data));
+    }
   }
-  throw std::runtime_error(options.run.string() + ": choose one session with --session, of " +
-                           names);
+  if (sessions.empty()) {
+    throw std::runtime_error(options.run.string() + ": no session " + options.session +
+                             "; it holds " + names);
+  }
+  return sessions;
 }
 
 /// Standard deviation of the position along its three axes together, metres.
@@ -76,7 +86,8 @@ bool is_localised(const merge::MapPose& at) {
 
 LocaliseJson describe(const Answers& answers, std::size_t i) {
   const merge::MapPose& at = answers.poses[i];
-  LocaliseJson json = {{"keyframe", answers.sequences[i]},
+  LocaliseJson json = {{"session", answers.sessions[i]},
+                       {"keyframe", answers.sequences[i]},
                        {"stamp_ns", answers.stamps_ns[i]},
                        {"path_m", at.path_m},
                        {"state", merge::state_name(at.state)}};
@@ -102,7 +113,7 @@ void print_json(const Answers& answers) {
   LocaliseJson json = {{"epoch", answers.epoch}};
   const double first = first_localised_m(answers);
   json["first_localised_m"] = first < 0.0 ? LocaliseJson(nullptr) : LocaliseJson(first);
-  json["times_lost"] = answers.poses.empty() ? 0 : answers.poses.back().times_lost;
+  json["times_lost"] = answers.times_lost;
   json["keyframes"] = LocaliseJson::array();
   for (std::size_t i = 0; i < answers.poses.size(); ++i) {
     json["keyframes"].push_back(describe(answers, i));
@@ -114,6 +125,10 @@ void print_text(const Answers& answers) {
   std::size_t localised = 0;
   for (std::size_t i = 0; i < answers.poses.size(); ++i) {
     const merge::MapPose& at = answers.poses[i];
+    if (answers.sessions.front() != answers.sessions.back() &&
+        (i == 0 || answers.sessions[i] != answers.sessions[i - 1])) {
+      print_to(stdout, "session {}\n", answers.sessions[i]);
+    }
     if (is_localised(at)) {
       ++localised;
       const Eigen::Vector3d& t = at.T_map_keyframe.translation;
@@ -157,29 +172,43 @@ void report_durations(const std::vector<double>& durations_ms) {
            *std::max_element(durations_ms.begin(), durations_ms.end()));
 }
 
+/// Adds what is said about one session; its way goes on where that of those before ended.
+void localise(const SessionData& session, merge::Localiser& localiser, Answers& answers) {
+  const double before_m = answers.poses.empty() ? 0.0 : answers.poses.back().path_m;
+  std::uint32_t times_lost = 0;
+  for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
+    KeyframeRecord keyframe = *whole_keyframe(session, k);
+    answers.sessions.push_back(session.info.name);
+    answers.sequences.push_back(keyframe.sequence);
+    answers.stamps_ns.push_back(keyframe.scans[keyframe.reference_scan].stamp_ns);
+    const Pose T_keyframe_sensor = merge::reference_sensor_pose(keyframe);
+    const auto start = std::chrono::steady_clock::now();
+    merge::MapPose& at = answers.poses.emplace_back(localiser.add(std::move(keyframe)));
+    const std::chrono::duration<double, std::milli> of_keyframe =
+        std::chrono::steady_clock::now() - start;
+    answers.durations_ms.push_back(of_keyframe.count());
+    answers.T_map_sensor.push_back(at.T_map_keyframe * T_keyframe_sensor);
+    times_lost = at.times_lost;
+    at.path_m += before_m;
+  }
+  answers.times_lost += times_lost;
+}
+
 }  // namespace
 
 void run_localise(const LocaliseOptions& options) {
   if (!options.out.empty()) check_output_file(options.out, options.replaces);
   Answers answers;
   merge::Localiser localiser = localiser_of(options, answers);
-  const SessionData session = read_one_session(options);
-  std::vector<double> durations_ms;
-  for (std::size_t k = 0; k < session.keyframes.size(); ++k) {
-    KeyframeRecord keyframe = *whole_keyframe(session, k);
-    answers.sequences.push_back(keyframe.sequence);
-    answers.stamps_ns.push_back(keyframe.scans[keyframe.reference_scan].stamp_ns);
-    const Pose T_keyframe_sensor = merge::reference_sensor_pose(keyframe);
-    const auto start = std::chrono::steady_clock::now();
-    answers.poses.push_back(localiser.add(std::move(keyframe)));
-    const std::chrono::duration<double, std::milli> of_keyframe =
-        std::chrono::steady_clock::now() - start;
-    durations_ms.push_back(of_keyframe.count());
-    answers.T_map_sensor.push_back(answers.poses.back().T_map_keyframe * T_keyframe_sensor);
+  const std::vector<SessionData> sessions = read_sessions(options);
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
+    // No answer rests on keyframes beyond a break of the odometry.
+    if (s > 0) localiser = localiser_of(options, answers);
+    localise(sessions[s], localiser, answers);
   }
   write_poses(options, answers);
   options.json ? print_json(answers) : print_text(answers);
-  report_durations(durations_ms);
+  report_durations(answers.durations_ms);
 }
 
 }  // namespace unimapper::apps
