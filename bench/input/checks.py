@@ -5,7 +5,8 @@ usage: checks.py UNIMAPPER FOLDER KIND VALUE SEED...
 
 KIND is none, roll, pitch, yaw (degrees), x, y (m), late (s), mirror (the y axis), over (the LiDAR
 upside down, its own odometry), or what happens half way: jump (m to the side), restart (at the origin) or carried (s
-without motion); names (scans in the order of their numbers as text).
+without motion); names (scans in the order of their numbers as text). KIND limits: of the check VALUE
+unit, limits and the largest figure where nothing is wrong.
  NOISE=DEGREES: of roll and pitch, on top of that. DRIVES=PATTERN: only these; VERBOSE=1: a line for each on stderr.
 """
 import fnmatch
@@ -145,8 +146,30 @@ def quantile(values, share):
     return sorted(values)[min(len(values) - 1, int(share * len(values)))]
 
 
+def limits_of(unimapper, folder, check, drives):
+    """Cells of a check; what `inspect` says of right drives is kept in FOLDER-right.json."""
+    kept = folder + "-right.json"
+    if not os.path.exists(kept):
+        found = {name: inspected(unimapper, os.path.join(folder, name))["checks"] for name in drives}
+        with open(kept, "w") as out:
+            json.dump(found, out)
+    with open(kept) as given:
+        found = [f for name, checks in json.load(given).items() if name in drives
+                 for f in checks if f["check"] == check]
+    if not found:
+        return "|  |  |"
+    def cell(key):
+        known = [f[key] for f in found if f[key] is not None]
+        return "%g" % max(known) if known else ""
+    return " | ".join([found[0]["unit"], cell("suspicious_above"), cell("wrong_above"),
+                       "%.3g" % max(abs(f["figure"]) for f in found)])
+
+
 def main():
     unimapper, folder, kind, value = sys.argv[1:5]
+    if kind == "limits":
+        drives = sorted(n for n in os.listdir(folder) if n.split("-")[0] in sys.argv[5:])
+        return print(limits_of(unimapper, folder, value, drives))
     value = float(value)
     keys = {"roll": "roll_deg", "pitch": "pitch_deg", "yaw": "yaw_deg", "x": "x_m", "y": "y_m",
             "late": "delay_s"}

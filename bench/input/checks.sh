@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks of a recording, by both of their errors: the table of docs/design/plausibility.md.
+# Checks of a recording, by both of their errors: the tables of docs/design/plausibility.md.
 #
 #   bench/input/checks.sh [SEEDS]   "1 3". A quarter of an hour a seed
 #
@@ -58,6 +58,18 @@ scattered() {
   NOISE=$1 faulty "$2" "$3"
 }
 
+checks() {
+  local check
+  only_layout || drives
+  rm -f "$out-right.json"
+  echo "| check | unit | said above | refused above | largest on right drives |"
+  rule 5
+  for check in points records units origin "repeated scans" "order of stamps" interval spacing \
+    rounding speed mount time motion succession odometry attitude; do
+    row "$check" 4 faulty limits "$check"
+  done
+}
+
 rows() {
   local value
   only_layout || drives
@@ -86,3 +98,4 @@ rows() {
 }
 
 table input-checks rows
+table input-check-limits checks

@@ -106,16 +106,13 @@ Json describe(const InspectOptions& options, const datasets::Dataset& dataset,
   for (const datasets::Note& note : dataset.notes()) notes.push_back(note.text);
   std::vector<input::Finding> findings = found.findings;
   findings.insert(findings.end(), sensor.findings.begin(), sensor.findings.end());
-  json["severity"] = input::severity_name(input::worst(findings));
-  Json& list = json["findings"] = Json::array();
-  for (const input::Finding& finding : findings) {
-    if (finding.severity == input::Severity::kFine) continue;
-    list.push_back({{"check", finding.check},
-                    {"severity", input::severity_name(finding.severity)},
-                    {"figure", rounded(finding.figure)},
-                    {"unit", finding.unit},
-                    {"message", finding.message}});
+  Json all = findings_json(findings);
+  json["severity"] = all["severity"];
+  Json& unusual = json["findings"] = Json::array();
+  for (const Json& finding : all["findings"]) {
+    if (finding["severity"] != "fine") unusual.push_back(finding);
   }
+  json["checks"] = std::move(all["findings"]);
   return json;
 }
 

@@ -46,6 +46,7 @@ Finding check_mount(const Calibration& found, const std::optional<Pose>& T_base_
                                       {"x", "m", &found.x_m, kSaid_m, 0.75},
                                       {"y", "m", &found.y_m, kSaid_m, 0.75},
                                       {"z", "m", &found.z_m, kSaid_m, 0.75, kMoreSurely}}};
+  finding.limits = {parts[0].said, parts[0].refused};
   std::string off;
   for (const Part& part : parts) {
     const Estimate& e = *part.estimate;
@@ -55,6 +56,7 @@ Finding check_mount(const Calibration& found, const std::optional<Pose>& T_base_
     if (off.find(',') == std::string::npos) {
       finding.figure = e.value;
       finding.unit = part.unit;
+      finding.limits = {part.said, part.refused};
     }
     const bool refuses = e.is_surely_beyond(part.refused, part.surely);
     finding.severity =
@@ -72,7 +74,8 @@ Finding check_mount(const Calibration& found, const std::optional<Pose>& T_base_
 
 Finding check_attitude(const Calibration& found) {
   constexpr double kSaidNoise_deg = 0.4;
-  Finding finding{"attitude", Severity::kFine, found.attitude_noise_deg, "degrees", {}};
+  Finding finding{"attitude", Severity::kFine,           found.attitude_noise_deg, "degrees",
+                  {},         {kSaidNoise_deg, kNoLimit}};
   if (found.attitude_noise_deg < kSaidNoise_deg) return finding;
   finding.severity = Severity::kSuspicious;
   finding.message = text(
@@ -100,7 +103,8 @@ Finding check_clock_step(const std::optional<ClockStep>& step, double time_offse
 Finding check_time(const Calibration& found, double time_offset_s, const MotionMistake& mistake,
                    const std::optional<ClockStep>& step) {
   constexpr double kRefused_s = 0.08;
-  Finding finding{"time", Severity::kFine, found.delay_s.value, "s", {}};
+  Finding finding{
+      "time", Severity::kFine, found.sure_delay_s(), "s", {}, {found.least_delay_s(), kRefused_s}};
   const double delay_s = found.sure_delay_s();
   if (delay_s == 0.0) return finding;
   finding.severity =

@@ -310,9 +310,10 @@ Finding check_unmoved(const AgreementFigures& agreement, Finding finding) {
 }  // namespace
 
 Finding check_succession(const AgreementFigures& agreement) {
-  Finding finding{
-      "succession", Severity::kFine, static_cast<double>(agreement.disjoint_pairs), "pairs", {}};
   constexpr std::size_t kFewest = 2;
+  Finding finding{
+      "succession", Severity::kFine,        static_cast<double>(agreement.disjoint_pairs), "pairs",
+      {},           {kFewest - 1, kNoLimit}};
   if (agreement.disjoint_pairs < kFewest) return finding;
   finding.severity = Severity::kSuspicious;
   constexpr double kFar_m = 10.0;  // no order would bring the poses so far apart
@@ -345,8 +346,12 @@ bool has_known_mistake(const AgreementFigures& agreement) {
 }
 
 Finding check_motion(const AgreementFigures& agreement) {
-  Finding finding{"motion", Severity::kFine, 100.0 * agreement.given, "% agreement", {}};
+  constexpr double kUnexplained = 0.1;   // gap
+  constexpr double kSurelyWrong = 0.25;  // gap
   const double gap = agreement.registered - agreement.given;
+  Finding finding{"motion",    Severity::kFine,
+                  100.0 * gap, "% less agreement than registered",
+                  {},          {100.0 * kUnexplained, 100.0 * kSurelyWrong}};
   if (agreement.pairs == 0) return finding;
   constexpr double kAsWell = 0.03;
   if (agreement.identity >= agreement.registered - kAsWell) {
@@ -356,11 +361,9 @@ Finding check_motion(const AgreementFigures& agreement) {
   // Half a degree of attitude noise opens a gap of a quarter, but moves nothing.
   constexpr double kMoved_m = 0.3;  // corrections; sweeps that are not compensated need less
   constexpr double kTurned_deg = 6.5;
-  constexpr double kUnexplained = 0.1;   // gap
-  constexpr double kWide = 0.15;         // gap where corrections are large
-  constexpr double kSurelyWrong = 0.25;  // gap
-  constexpr double kPassesBy_m = 0.15;   // correction of poses that stand still
-  constexpr double kStands_m = 0.02;     // given motion of the pairs
+  constexpr double kWide = 0.15;        // gap where corrections are large
+  constexpr double kPassesBy_m = 0.15;  // correction of poses that stand still
+  constexpr double kStands_m = 0.02;    // given motion of the pairs
   const double gain = agreement.mistaken - agreement.given;
   const bool explained = has_known_mistake(agreement);
   // Sweeps that are not compensated turn more than they slide.

@@ -85,11 +85,11 @@ RangeFigures range_figures(std::span<const datasets::Scan> scans) {
 }
 
 Finding check_units(const RangeFigures& ranges) {
-  Finding finding{"units", Severity::kFine, ranges.median_m, "m", {}};
   constexpr double kFarthest_m = 1000.0;     // 99 % of the points; LiDARs reach 500 m
   constexpr double kUnusual_m = 500.0;       // the same
   constexpr double kNearest_m = 0.5;         // the same
   constexpr double kMillimetres_m = 1500.0;  // median of a room in millimetres
+  Finding finding{"units", Severity::kFine, ranges.largest_m, "m", {}, {kUnusual_m, kFarthest_m}};
   if (ranges.points == 0 || ranges.median_m == 0.0) return finding;
   // A map's coordinates are another matter.
   if (ranges.center_m > 3.0 * ranges.scatter_m) return finding;
@@ -118,8 +118,8 @@ Finding check_units(const RangeFigures& ranges) {
 }
 
 Finding check_origin(const RangeFigures& ranges) {
-  Finding finding{"origin", Severity::kFine, ranges.center_m, "m", {}};
   constexpr double kFar_m = 1000.0;
+  Finding finding{"origin", Severity::kFine, ranges.center_m, "m", {}, {kNoLimit, kFar_m}};
   if (ranges.center_m > 3.0 * ranges.scatter_m && ranges.center_m > kFar_m) {
     finding.severity = Severity::kWrong;
     finding.message = text(
@@ -134,8 +134,13 @@ Finding check_points(const RangeFigures& ranges) {
   const double empty = ranges.scans == 0 ? 0.0
                                          : static_cast<double>(ranges.empty_scans) /
                                                static_cast<double>(ranges.scans);
-  Finding finding{"points", Severity::kFine, 100.0 * empty, "% empty scans", {}};
   constexpr double kManyEmpty = 0.2;
+  Finding finding{"points",
+                  Severity::kFine,
+                  100.0 * empty,
+                  "% empty scans",
+                  {},
+                  {100.0 * kManyEmpty, kNoLimit}};
   constexpr double kNearlyAll = 0.98;
   if (ranges.scans > 0 && ranges.empty_scans == ranges.scans) {
     finding.severity = Severity::kWrong;
@@ -215,8 +220,13 @@ std::size_t padded_floats(const datasets::Scan& scan) {
 }  // namespace
 
 Finding check_records(std::span<const datasets::Scan> scans, const RangeFigures& ranges) {
-  Finding finding{"records", Severity::kFine, 100.0 * ranges.implausible, "% implausible", {}};
   constexpr double kGarbage = 0.02;
+  Finding finding{"records",
+                  Severity::kFine,
+                  100.0 * ranges.implausible,
+                  "% implausible",
+                  {},
+                  {kNoLimit, 100.0 * kGarbage}};
   if (ranges.implausible > kGarbage) {
     finding.severity = Severity::kWrong;
     finding.message = text(
@@ -262,6 +272,7 @@ Finding check_records(std::span<const datasets::Scan> scans, const RangeFigures&
   if (looked_at > 0) {
     finding.figure = as_read_sum / static_cast<double>(looked_at);
     finding.unit = "roughness";
+    finding.limits = {};
   }
   if (looked_at > 0 && 2 * agreed > looked_at) {
     finding.severity = Severity::kWrong;
@@ -301,7 +312,7 @@ Finding check_repeated(std::span<const datasets::Scan* const> first,
   for (std::size_t i = 0; i < first.size(); ++i) repeated += same(*first[i], *second[i]) ? 1 : 0;
   const double share =
       first.empty() ? 0.0 : static_cast<double>(repeated) / static_cast<double>(first.size());
-  Finding finding{"repeated scans", Severity::kFine, 100.0 * share, "%", {}};
+  Finding finding{"repeated scans", Severity::kFine, 100.0 * share, "%", {}, {0.0, kNoLimit}};
   if (repeated > 0) {
     finding.severity = Severity::kSuspicious;
     finding.message = text(

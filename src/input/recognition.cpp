@@ -291,8 +291,8 @@ SensorModel generic_for(const SensorFigures& figures) {
 
 Finding check_sensor(const SensorFigures& figures, const SensorSheet& named) {
   const double distance = match_sensor(figures, named).distance;
-  Finding finding{"sensor", Severity::kFine, distance, "", {}};
   constexpr double kContradicts = 2.5;
+  Finding finding{"sensor", Severity::kFine, distance, "", {}, {kContradicts, kNoLimit}};
   if (figures.points == 0 || named.model.name == "generic" || distance < kContradicts) {
     return finding;
   }

@@ -123,6 +123,33 @@ TEST_CASE("scans that cannot be used are refused one by one, counted, and labell
   }
 }
 
+TEST_CASE(
+    "what --force maps though it is refused without is said in summary, stats.json and merge") {
+  SmallRecording recording;
+  for (datasets::Scan& scan : recording.scans) {
+    datasets::Scan::Point far = scan.points.front();
+    far.x = 1500.0F;
+    scan.points.insert(scan.points.end(), scan.points.size() / 40, far);
+  }
+  const OnboardRun fixture(recording);
+  check_refused(fixture.onboard(), "units: ");
+  const std::string forced = "forced: mapped as it is by --force, though surely wrong: units";
+  CHECK_THAT(fixture.done({"--force"}), Contains("warning: input, " + forced));
+  bool is_told = false;
+  const nlohmann::json stats = fixture.stats();
+  for (const auto& finding : stats["input"]["findings"]) {
+    is_told = is_told || finding["check"] == "forced";
+    if (finding["check"] != "units") continue;
+    CHECK(finding["severity"] == "wrong");
+    CHECK(finding["suspicious_above"] == 500.0);
+    CHECK(finding["wrong_above"] == 1000.0);
+    CHECK(finding["figure"] > 1000.0);
+  }
+  CHECK(is_told);
+  const auto merged = run_unimapper({"merge", fixture.run, "--out", fixture.directory / "map"});
+  CHECK_THAT(merged.err, Contains("warning: run: input, " + forced));
+}
+
 TEST_CASE("scans that repeat the one before while the robot moves are left out and counted") {
   for (const bool moves : {true, false}) {
     SmallRecording recording;

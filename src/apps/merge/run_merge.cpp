@@ -18,6 +18,7 @@
 #include "src/apps/output_guard.hpp"
 #include "src/apps/replacement.hpp"
 #include "src/apps/report.hpp"
+#include "src/apps/report/run_stats.hpp"
 #include "src/apps/report/times.hpp"
 #include "src/apps/report/waiting_pairs.hpp"
 #include "src/apps/scene/result_scene.hpp"
@@ -135,6 +136,13 @@ void run_merge(const MergeOptions& options) {
     std::cerr << "unimapper: session " << input.data.info.name << " ("
               << (input.data.info.sensor.empty() ? "unknown sensor" : input.data.info.sensor)
               << "): " << input.data.keyframes.size() << " keyframes\n";
+    const bool is_first = std::find(runs.begin(), runs.end(), input.run) == runs.end();
+    if (const auto stats = read_run_stats(input.run); stats && is_first) {
+      for (const std::string& warning : stats->input_warnings) {
+        std::cerr << "unimapper: warning: " << input.data.info.name << ": input, " << warning
+                  << '\n';
+      }
+    }
     sessions.push_back(std::move(input.data));
     runs.push_back(std::move(input.run));
   }
@@ -185,6 +193,9 @@ void run_merge(const MergeOptions& options) {
   std::cout << summary_table(report);
   warn_of_walls_apart(sessions, report.qualities);
   warn_of_merged_sessions(sessions, result);
+  if (const std::string drift = merge::drift_text(sessions, result); !drift.empty()) {
+    std::cerr << "unimapper: warning: " << drift.substr(2) << '\n';  // behind "; "
+  }
   const std::string waiting = waiting_text(sessions, result, "STORE");
   if (!waiting.empty()) {
     std::cerr << waiting << "unimapper: in a project: `unimapper map create`, `add` and `merge` "

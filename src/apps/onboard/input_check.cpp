@@ -1,7 +1,9 @@
 // Plausibility of a recording, told to the user before it is mapped.
 #include "src/apps/onboard/input_check.hpp"
 
+#include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "src/apps/onboard/setup.hpp"
@@ -14,6 +16,22 @@ namespace unimapper::apps {
 
 void print_warning(const input::Finding& finding) {
   print_to(stderr, "onboard: warning: input, {}: {}\n", finding.check, finding.message);
+}
+
+nlohmann::ordered_json findings_json(const std::vector<input::Finding>& findings) {
+  using Json = nlohmann::ordered_json;
+  Json list = Json::array();
+  const auto limit = [](double value) { return std::isnan(value) ? Json(nullptr) : Json(value); };
+  for (const input::Finding& finding : findings) {
+    list.push_back({{"check", finding.check},
+                    {"severity", input::severity_name(finding.severity)},
+                    {"figure", std::round(finding.figure * 1e3) / 1e3},
+                    {"unit", finding.unit},
+                    {"suspicious_above", limit(finding.limits.suspicious)},
+                    {"wrong_above", limit(finding.limits.wrong)},
+                    {"message", finding.message}});
+  }
+  return {{"severity", input::severity_name(input::worst(findings))}, {"findings", list}};
 }
 
 input::GivenCorrection OpenedInput::correction() const {
@@ -101,10 +119,12 @@ CheckedInput check_input(const OnboardOptions& options, const OpenedInput& opene
   input::Plausibility found = input::examine(*opened.dataset, options.scans, opened.correction());
   std::vector<input::Finding>& findings = found.findings;
   const input::Finding* refusal = nullptr;
+  std::string forced;
   for (const input::Finding& finding : findings) {
     if (finding.severity == input::Severity::kFine) continue;
-    const bool refuses = finding.severity == input::Severity::kWrong && !options.force;
-    if (refuses && refusal == nullptr) {
+    const bool is_wrong = finding.severity == input::Severity::kWrong;
+    if (is_wrong && options.force) forced += (forced.empty() ? "" : ", ") + finding.check;
+    if (is_wrong && !options.force && refusal == nullptr) {
       refusal = &finding;
     } else {
       print_warning(finding);
@@ -117,6 +137,13 @@ CheckedInput check_input(const OnboardOptions& options, const OpenedInput& opene
   }
   for (const std::string& text : opened.corrections) {
     findings.push_back({"correction", input::Severity::kFine, 0.0, {}, text});
+  }
+  if (!forced.empty()) {
+    findings.push_back({kForced,
+                        input::Severity::kSuspicious,
+                        0.0,
+                        {},
+                        "mapped as it is by --force, though surely wrong: " + forced});
   }
   return {std::move(findings), found.sensor, std::move(found.steps.breaks)};
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <vector>
 
@@ -21,6 +22,9 @@ struct CheckedInput {
   input::SensorFigures sensor;
   std::vector<input::OdometryBreak> breaks;  ///< where the scans contradict the odometry
 };
+
+/// Name of the finding that the recording was mapped though others refuse it.
+inline constexpr const char* kForced = "forced";
 
 /// A recording and how it was opened.
 struct OpenedInput {
@@ -46,6 +50,9 @@ CheckedInput check_input(const OnboardOptions& options, const OpenedInput& opene
 
 /// A share of dynamic points, [0, 1], that no scene shows. Empty where scenes do.
 std::optional<input::Finding> check_dynamic_share(double share, std::uint64_t scans);
+
+/// Severity of the worst, and all with their figures and limits (null: none).
+[[nodiscard]] nlohmann::ordered_json findings_json(const std::vector<input::Finding>& findings);
 
 /// One line on stderr.
 void print_warning(const input::Finding& finding);

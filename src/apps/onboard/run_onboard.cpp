@@ -155,11 +155,12 @@ void warn_of_input(const RunStatistics& statistics, const FreeSpaceConfig& assum
              assumed.ring_spacing_deg);
   }
   if (found.elevations_differ) {
-    print_to(stderr,
-             "onboard: warning: rays leave the sensor's field of view of {:.1f} to {:.1f} deg "
-             "(points in a pitched frame?); {:.1f} to {:.1f} deg was used\n",
-             assumed.elevation_min_deg, assumed.elevation_max_deg, found.image_elevation_min_deg,
-             found.image_elevation_max_deg);
+    print_to(
+        stderr,
+        "onboard: warning: rays leave the sensor's field of view of {:.1f} to {:.1f} deg "
+        "(points in a pitched frame, or the LiDAR upside down?); {:.1f} to {:.1f} deg was used\n",
+        assumed.elevation_min_deg, assumed.elevation_max_deg, found.image_elevation_min_deg,
+        found.image_elevation_max_deg);
   }
   if (found.changes > 0) {
     print_to(stderr, "onboard: warning: the sensor changed its mode {} times\n", found.changes);
@@ -474,6 +475,9 @@ void run_onboard(const OnboardOptions& options) {
   run.input = std::move(findings);
   folder.write_text("stats.json", statistics.to_json(run));
   print_summary(statistics, run.allocations_after_start);
+  for (const input::Finding& finding : run.input) {
+    if (finding.check == kForced) print_warning(finding);
+  }
   print_up(statistics, config);
   warn_of_full_containers(statistics);
   warn_of_input(statistics, config.free_space);

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "src/apps/map_pose_text.hpp"
+#include "src/apps/onboard/input_check.hpp"
 #include "src/core/quantile.hpp"
 
 namespace unimapper::apps {
@@ -167,18 +168,6 @@ Json to_json(const StageTimes& times) {
           {"max", rounded(times.max_ms)}};
 }
 
-Json to_json(const std::vector<input::Finding>& findings) {
-  Json list = Json::array();
-  for (const input::Finding& finding : findings) {
-    list.push_back({{"check", finding.check},
-                    {"severity", input::severity_name(finding.severity)},
-                    {"figure", std::round(finding.figure * 1e3) / 1e3},
-                    {"unit", finding.unit},
-                    {"message", finding.message}});
-  }
-  return {{"severity", input::severity_name(input::worst(findings))}, {"findings", list}};
-}
-
 /// Null where a base did not say.
 Json link_json(const lcm_port::PublisherCounters& own) {
   Json json = {{"bytes_per_second", std::round(own.bytes_per_second)},
@@ -295,7 +284,7 @@ std::string RunStatistics::to_json(const Run& run) const {
                       {"image_elevation_max_deg", rounded(sampling_.image_elevation_max_deg)},
                       {"mode_changes", sampling_.changes}};
   json["surroundings"] = {{"setting", run.surroundings}, {"extent_m", rounded(run.extent_m)}};
-  json["input"] = apps::to_json(run.input);
+  json["input"] = apps::findings_json(run.input);
   json["attitude_noise_deg"] = rounded(attitude_noise_deg());
   json["sweep_tilt_deg"] = rounded(sweep_tilt_deg_);
   json["aligned_scans"] = aligned_scans_;

@@ -20,7 +20,8 @@ RunStats parse(const Json& json) {
   }
   for (const Json& finding : json.value("input", Json::object()).value("findings", Json::array())) {
     if (finding.value("severity", "fine") == "fine") continue;
-    stats.input_warnings.push_back(finding.value("message", ""));
+    stats.input_warnings.push_back(finding.value("check", "") + ": " +
+                                   finding.value("message", ""));
   }
   if (json.contains("load")) stats.load = load_of_json(json["load"]);
   read_optional(json, "arena_bytes", stats.arena_bytes);

@@ -28,7 +28,7 @@ struct RunStats {
   /// Histogram of the total time per keyframe: one count per upper edge, the last one above all.
   std::vector<double> histogram_edges_ms;
   std::vector<std::uint64_t> histogram_counts;
-  /// What was unusual about the recording, one sentence each.
+  /// What was unusual about the recording, "CHECK: sentence" each.
   std::vector<std::string> input_warnings;
   std::optional<MeasuredLoad> load;  ///< of the machine during the run
   std::optional<std::uint64_t> arena_bytes;
