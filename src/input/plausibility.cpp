@@ -224,6 +224,7 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
   findings.push_back(check_stamp_order(result.motion));
   findings.push_back(check_interval(result.motion));
   findings.push_back(check_spacing(result.motion));
+  findings.push_back(check_rounding(result.motion));
   // Comparing points that are none, or are in other units than the limits, says nothing.
   const bool comparable = worst(findings) != Severity::kWrong;
   if (comparable) {

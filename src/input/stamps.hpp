@@ -30,6 +30,7 @@ struct MotionFigures {
   double speed_mps = 0.0;          ///< median
   double acceleration_mps2 = 0.0;  ///< median
   std::size_t jumps = 0;           ///< steps of more than 10 m that are faster than 60 m/s
+  double rounding_m = 0.0;         ///< steps of far positions in single precision; 0: they are not
   double climb = 0.0;              ///< share of the path along the odometry's z axis
 };
 
@@ -47,6 +48,9 @@ struct MotionFigures {
 
 /// Scans too far apart to see the same place often enough for removal: those of keyframes only.
 [[nodiscard]] Finding check_spacing(const MotionFigures& motion);
+
+/// Far positions that were rounded to 32-bit floats or to few digits.
+[[nodiscard]] Finding check_rounding(const MotionFigures& motion);
 
 /// Speeds, accelerations and jumps that no robot has.
 [[nodiscard]] Finding check_speed(const MotionFigures& motion);

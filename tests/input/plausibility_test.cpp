@@ -94,6 +94,31 @@ TEST_CASE("Scans of keyframes metres apart are too sparse to remove what moves")
   CHECK_THAT(check_spacing(figures).message, Contains("5.1 m and 0.5 s apart"));
 }
 
+TEST_CASE(
+    "far positions in single precision are told by their steps, near and whole ones are not") {
+  const auto rounding_m = [](double far_m, bool is_rounded) {
+    const Track track{30,
+                      [&](std::size_t i) {
+                        Pose pose;
+                        pose.translation.y() = far_m + 0.73 * static_cast<double>(i);
+                        if (is_rounded) {
+                          const auto rounded = static_cast<float>(pose.translation.y());
+                          pose.translation.y() = static_cast<double>(rounded);
+                        }
+                        return pose;
+                      },
+                      [](std::size_t i) { return static_cast<std::int64_t>(i) * 100'000'000; }};
+    return check_rounding(measure_motion(track));
+  };
+  CHECK(rounding_m(5'411'904.557, false).severity == Severity::kFine);
+  CHECK(rounding_m(12.0, true).severity == Severity::kFine);
+  CHECK(rounding_m(448'262.318, true).severity == Severity::kSuspicious);
+  const Finding far = rounding_m(5'411'904.557, true);
+  CHECK(far.severity == Severity::kWrong);
+  CHECK(far.figure == 0.5);
+  CHECK_THAT(far.message, Contains("rounded to 0.50 m") && Contains("relative to the first pose"));
+}
+
 TEST_CASE("a right recording is fine") {
   const Plausibility found = examine(drive(), drive().scan_count());
   CHECK(unusual(found).empty());
