@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <random>
 #include <vector>
 
 #include "src/input/plausibility.hpp"
@@ -143,6 +144,25 @@ TEST_CASE("A right odometry breaks nowhere", "[breaks]") {
   CHECK(found.breaks.empty());
   CHECK(found.compared >= 11);
   CHECK(check_odometry_breaks(found).severity == Severity::kFine);
+}
+
+TEST_CASE("Where scans agree little while it drives, a robot may stand before it drives on",
+          "[breaks]") {
+  MemoryDataset recording = drive();
+  std::mt19937 random(3);  // NOLINT: the same noise every time
+  std::normal_distribution<double> noise_m(0.0, 0.15);
+  recording.change_points([&](const Eigen::Vector3d& p) {
+    return Eigen::Vector3d(p + Eigen::Vector3d(noise_m(random), noise_m(random), noise_m(random)));
+  });
+  CHECK(found_in(recording).breaks.empty());
+  constexpr std::size_t kAt = 30;
+  constexpr std::size_t kStands = 100;
+  recording.scans.insert(recording.scans.begin() + kAt, kStands, recording.scans[kAt]);
+  recording.poses.insert(recording.poses.begin() + kAt, kStands, recording.poses[kAt]);
+  for (std::size_t i = 0; i < kStands; ++i) {
+    recording.stamps_ns.push_back(recording.stamps_ns.back() + 100'000'000);
+  }
+  CHECK(found_in(recording).breaks.empty());
 }
 
 TEST_CASE("A jump is found at its scan, with its size", "[breaks]") {
