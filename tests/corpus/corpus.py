@@ -2,7 +2,7 @@
 
 usage: corpus.py UNIMAPPER FOLDER [OPTION...]     (options of `unimapper simulate` for another drive)
 
-Simulates a small drive, hands it over in several right forms and in fifty wrong ones, runs
+Simulates a small drive, hands it over in several right forms and in some sixty wrong ones, runs
 `unimapper onboard` on each and prints a table. An input is handled if it is refused (exit code
 not 0) with a message that says what to do, or if a warning names the matter. It is harmless if it
 is mapped and, against the drive's true labels, no more points are labelled wrong than of the right
@@ -221,6 +221,13 @@ def cases(base):
     increments = lambda p: [p[0]] + [compose(inverse(a), b) for a, b in zip(p, p[1:])]
     scale = lambda k: each_pose(lambda p: (p[0], [k * x for x in p[1]]))
 
+    turned = lambda deg: ([[math.cos(math.radians(deg)), -math.sin(math.radians(deg)), 0.0],
+                           [math.sin(math.radians(deg)), math.cos(math.radians(deg)), 0.0],
+                           [0.0, 0.0, 1.0]], [0.0, 0.0, 0.0])
+    over = ([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]], [0.0, 0.0, 0.0])
+    from_middle = lambda step: poses(lambda p: p[:n // 2] + [compose(step, x) for x in p[n // 2:]])
+    utm = lambda p: (p[0], [a + b for a, b in zip(p[1], (448262.318, 5411904.557, 312.2))])
+
     right = [
         case("KITTI form", None, lambda r: None),
         case("names without leading zeros", None, put("names", lambda r: [str(i) for i in range(n)])),
@@ -301,6 +308,21 @@ def cases(base):
         case("scans of zeros", "points|zero", in_file(lambda b: bytes(len(b)))),
         case("every scan twice", "repeat", lambda r: r.scans.__setitem__(
             slice(None), [r.scans[i // 2 * 2] for i in range(n)])),
+        case("odometry that starts anew", "session of its own", poses(
+            lambda p: p[:n // 2] + [compose(inverse(p[n // 2]), x) for x in p[n // 2:]])),
+        case("odometry that jumps by 2 m", "session of its own", from_middle((IDENTITY, [0.0, 2.0, 0.0]))),
+        case("odometry that rises by 1.5 m", "session of its own", from_middle((IDENTITY, [0.0, 0.0, 1.5]))),
+        case("poses of a body turned by 5 degrees", "extrinsic",
+             each_pose(lambda p: compose(p, turned(5)))),
+        case("a LiDAR upside down", "upside down|extrinsic|negate", lambda r: (
+            r.moved([over] * n), setattr(r, "poses", [compose(compose(over, p), over) for p in r.poses]))),
+        case("poses in UTM", "origin", each_pose(utm)),
+        case("poses in UTM with six digits", "digits|motion|stand|metres|motions", text(lambda r: "".join(
+            " ".join("%g" % x for row, t in zip(*utm(p)) for x in row + [t]) + "\n" for p in r.poses))),
+        case("a clock that steps by half a second", "clock|late|session of its own",
+             poses(lambda p: p[:n // 2] + [p[i - 5] for i in range(n // 2, n)])),
+        case("positions with a yaw", "angles", text(lambda r: "".join(
+            "%g %g %g %g\n" % (*p[1], math.atan2(p[0][1][0], p[0][0][0])) for p in r.poses))),
         case("a sensor that is none", "did you mean", put("options", lambda r: ["--sensor", "vlp-61"])),
     ]
     return right, wrong
