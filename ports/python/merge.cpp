@@ -9,6 +9,7 @@
 #include "ports/python/arrays.hpp"
 #include "ports/python/bindings.hpp"
 #include "ports/python/sessions.hpp"
+#include "src/apps/map/site_system.hpp"
 #include "src/apps/map/stored_map.hpp"
 #include "src/apps/merge/merge_options.hpp"
 #include "src/apps/merge/stored_contents.hpp"
@@ -24,6 +25,7 @@ using Progress = std::function<void(const std::string&)>;
 struct MergedMap {
   std::vector<SessionData> sessions;
   merge::MergeResult result;
+  std::string crs;  ///< of the store that it is from; empty: not said
 };
 
 std::unique_ptr<MergedMap> merge_map(const std::vector<const Session*>& sessions,
@@ -55,6 +57,7 @@ std::unique_ptr<MergedMap> read_map(const std::filesystem::path& store, std::int
   const py::gil_scoped_release release;
   apps::StoredContents contents(merge::MergeConfig{}.kept_bytes());
   apps::StoredMap stored = apps::read_stored_map(store, epoch, &contents);
+  map->crs = std::move(stored.crs);
   map->sessions = std::move(stored.sessions);
   map->result =
       merge::complete_merge(map->sessions, std::move(stored.posed), stored.config, progress);
@@ -150,6 +153,32 @@ py::tuple trajectory_of(const MergedMap& map, std::int64_t session) {
   return py::make_tuple(array_from(std::move(stamps_ns)), array_of(poses));
 }
 
+/// Without a position of x and y the map is in no system, whatever was said.
+std::string system_of(const MergedMap& map) {
+  const auto& place = map.result.georeference;
+  return place && place->is_horizontal ? map.crs : std::string();
+}
+
+py::object origin_of(const MergedMap& map) {
+  const auto& place = map.result.georeference;
+  return place ? py::object(py::array_t<double>(3, place->origin.data())) : py::none();
+}
+
+void export_to(const MergedMap& map, const std::filesystem::path& folder, bool las,
+               const std::string& crs) {
+  const py::gil_scoped_release release;
+  merge::ExportOptions options;
+  options.las = las;
+  options.crs.name = crs.empty() ? system_of(map) : crs;
+  if (!options.crs.name.empty()) options.crs = apps::Projection(options.crs.name).system();
+  (void)merge::export_map(folder, map.sessions, map.result, options);
+}
+
+void state_system(const std::filesystem::path& store, const std::string& crs) {
+  const py::gil_scoped_release release;
+  (void)apps::state_system(store, crs);
+}
+
 void bind_map(py::module_& module) {
   py::class_<MergedMap>(module, "MergedMap",
                         "Sessions in one frame, in metres. Methods return new arrays and lists.")
@@ -175,14 +204,15 @@ void bind_map(py::module_& module) {
       .def_property_readonly(
           "central_session", [](const MergedMap& m) { return m.result.central_session; },
           "Index of the session whose frame is the map's.")
-      .def(
-          "export",
-          [](const MergedMap& m, const std::filesystem::path& folder) {
-            const py::gil_scoped_release release;
-            (void)merge::export_map(folder, m.sessions, m.result);
-          },
-          py::arg("folder"),
-          "Writes map.ply, trajectories, loops.csv and what else docs/export.md names.");
+      .def_property_readonly("crs", &system_of,
+                             "Coordinate system of the site, if a store says it and a position "
+                             "places the map in it; else \"\".")
+      .def_property_readonly("origin", &origin_of,
+                             "A point plus this, (3,) in metres, is in the site's frame. None "
+                             "where no position is known.")
+      .def("export", &export_to, py::arg("folder"), py::arg("las") = false, py::arg("crs") = "",
+           "Writes map.ply, trajectories, loops.csv and what else docs/export.md names, with `las` "
+           "map.las.\ncrs: the coordinate system that they name instead of that of the store.");
 }
 
 }  // namespace
@@ -199,6 +229,9 @@ void bind_merge(py::module_& module) {
              py::arg("progress") = Progress{},
              "The map that `unimapper map merge` or `unimapper base --merge` has put into a store, "
              "as a\n`MergedMap`. epoch: its number; 0: the latest.");
+  module.def("state_crs", &state_system, py::arg("store"), py::arg("crs"),
+             "States which coordinate system a store's positions are in, as `unimapper map crs`.\n"
+             "crs: \"EPSG:25832\", a name or WKT of PROJ; east and north in metres.");
 }
 
 }  // namespace unimapper::python

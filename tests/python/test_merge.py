@@ -101,6 +101,30 @@ class Merging(unittest.TestCase):
         with self.assertRaises(ValueError):
             unimapper.read_map(STORE, epoch=-1)
 
+    def test_a_map_is_in_the_coordinate_system_of_its_store(self):
+        store, folder = drives.folder() / "site", drives.folder() / "placed"
+        drives.tool("map", "create", "--store", store)
+        drives.tool("map", "add", "--store", store, drives.run("A"))
+        unimapper.state_crs(store, "EPSG:25832")
+        for keyframe, x in ((0, 0), (9, 9)):
+            drives.tool("map", "position", "--store", store, f"run_A:{keyframe}", "--at",
+                        691000 + x, 5335000, 500, "--sigma", 1)
+        drives.tool("map", "merge", "--store", store)
+        drives.tool("map", "export", "--store", store, "--las", "--out", folder)
+        stored = unimapper.read_map(store)
+        stored.export(drives.folder() / "placed_here", las=True)
+        for file in ("map.las", "georeference.json", "summary.json"):
+            self.assertEqual((drives.folder() / "placed_here" / file).read_bytes(),
+                             (folder / file).read_bytes(), file)
+        self.assertEqual(stored.crs, "EPSG:25832")
+        np.testing.assert_array_equal(stored.origin, [691000, 5335000, 0])
+        self.assertIn(b"EPSG:25832", (folder / "summary.json").read_bytes())
+        with self.assertRaisesRegex(RuntimeError, "EPSG:4326.*no projected system"):
+            unimapper.state_crs(store, "EPSG:4326")
+        self.assertEqual((merged().crs, merged().origin), ("", None))
+        with self.assertRaisesRegex(RuntimeError, "no known position"):
+            merged().export(drives.folder() / "unplaced", crs="EPSG:25832")
+
     def test_what_a_callback_raises_ends_the_merge(self):
         said = []
 

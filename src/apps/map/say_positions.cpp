@@ -13,7 +13,7 @@
 #include "src/apps/map/known_positions.hpp"
 #include "src/apps/map/map_options.hpp"
 #include "src/apps/map/position_file.hpp"
-#include "src/apps/map/projection.hpp"
+#include "src/apps/map/site_system.hpp"
 #include "src/apps/map/statements.hpp"
 #include "src/apps/map/stored_sessions.hpp"
 
@@ -87,34 +87,10 @@ std::optional<Projection> system_of(const ProjectOptions& options) {
   return name.empty() ? std::nullopt : std::make_optional<Projection>(name);
 }
 
-/// Says on stderr if a position is not where the system is used.
-void warn_of_place(const Projection& system, const std::vector<store::StoredPosition>& positions) {
-  const auto found = std::find_if(positions.begin(), positions.end(),
-                                  [](const auto& position) { return position.sigma_xy_m; });
-  if (found == positions.end()) return;
-  const std::string doubt = system.doubt(found->position);
-  if (!doubt.empty()) std::cerr << "unimapper: warning: " << doubt << '\n';
-}
-
 }  // namespace
 
 void set_system(const ProjectOptions& options, const std::string& name) {
-  const Projection system(name);
-  store::ProjectWriter writer(options.store, "`unimapper map crs`");
-  say_epoch(writer.commit("crs " + name, [&](store::ProjectState& state) {
-    const bool has_positions =
-        std::any_of(state.statements.begin(), state.statements.end(),
-                    [](const auto& said) { return !said.positions.empty(); });
-    if (has_positions && !state.crs.empty() && state.crs != name) {
-      std::cerr << "unimapper: warning: positions stay in metres of " << state.crs
-                << ", also those that were given as latitude and longitude: give these anew\n";
-    }
-    state.crs = name;
-    for (const store::StoredStatement& said : state.statements) {
-      warn_of_place(system, said.positions);
-    }
-    return std::optional("coordinate system " + name);
-  }));
+  say_epoch(state_system(options.store, name));
 }
 
 void give_position(const ProjectOptions& options, const PositionOption& given) {
