@@ -1,11 +1,14 @@
 // Labels, map and changes of a merge whose poses are known.
 #include "src/merge/map_stages.hpp"
 
+#include <iomanip>
 #include <memory>
+#include <sstream>
 #include <utility>
 
 #include "src/merge/graph/position_sigma.hpp"
 #include "src/merge/map/changes.hpp"
+#include "src/merge/map/intensity_scale.hpp"
 #include "src/merge/map/unified_map.hpp"
 #include "src/merge/sessions/session_path.hpp"
 #include "unimapper/merge/refinement.hpp"
@@ -87,8 +90,22 @@ class MapStages {
       });
       voxels_[s] = std::move(voxels.fixed);
     }
-    result_.map = unite(connected_voxels(), scratch_);
-    stages_.end(std::to_string(result_.map.size()) + " points");
+    const std::vector<float> factors = intensity_factors(connected_voxels());
+    result_.map = unite(connected_voxels(), scratch_, factors);
+    stages_.end(std::to_string(result_.map.size()) + " points" + text_of(factors));
+  }
+
+  /// Names the sessions whose intensities are of another scale.
+  [[nodiscard]] std::string text_of(const std::vector<float>& intensity_factors) const {
+    std::string text;
+    for (std::size_t s = 0; s < sessions_.size(); ++s) {
+      if (intensity_factors[s] == 1.0F) continue;
+      std::ostringstream factor;
+      factor << std::setprecision(2) << intensity_factors[s];
+      text += "; intensities of " + sessions_[s].info.name + " times " + factor.str() +
+              ", to the scale of the others";
+    }
+    return text;
   }
 
   void find_uncertainty() {

@@ -1,6 +1,7 @@
 // Voxels that keyframes occupy, those of a session by tiles, and sums around them
 #include "src/merge/labels/occupied_voxels.hpp"
 #include "src/merge/labels/voxel_blocks.hpp"
+#include "src/merge/map/intensity_scale.hpp"
 #include "src/merge/map/map_regions.hpp"
 #include "src/merge/map/session_voxels.hpp"
 #include "src/merge/map/unified_map.hpp"
@@ -231,6 +232,40 @@ TEST_CASE("A point of the map has the mean intensity of the cells that have one"
   const SessionVoxels third = session_of({0});
   CHECK((*unite({&first, &second, &third}).begin()).intensity == 30);
   CHECK((*unite({&third}).begin()).intensity == 0);
+}
+
+TEST_CASE("Intensities of sessions on another scale are brought to the highest one", "[voxels]") {
+  const auto session_of = [](std::int32_t from, std::int32_t voxels, double scale) {
+    SessionVoxels session(0.2F);
+    for (std::int32_t i = from; i < from + voxels; ++i) {
+      const auto intensity = static_cast<std::uint8_t>(scale * (40 + i % 61));
+      session.add({i, 2, 3}, Eigen::Vector3f::Zero(), {Eigen::Vector3f::Zero(), 1, 0, intensity});
+    }
+    return session;
+  };
+  const SessionVoxels high = session_of(0, 1000, 2.4);
+  const SessionVoxels alike = session_of(0, 1000, 1.3);
+  const SessionVoxels low = session_of(500, 1000, 0.15);
+  const SessionVoxels beyond_low = session_of(1250, 1000, 0.3);
+  const SessionVoxels apart = session_of(5000, 1000, 0.3);
+  const SessionVoxels bare = session_of(0, 1000, 0.0);
+  const std::vector<float> factors =
+      intensity_factors({&high, &bare, &alike, &low, nullptr, &beyond_low, &apart});
+  CHECK(factors[0] == 1.0F);
+  CHECK(factors[1] == 1.0F);
+  CHECK(factors[2] == 1.0F);
+  CHECK(factors[3] == Approx(2.4F / 0.15F).epsilon(0.1));
+  CHECK(factors[5] == Approx(2.4F / 0.3F).epsilon(0.15));
+  CHECK(factors[6] == 1.0F);
+  CHECK(intensity_factors({&low, &high})[0] == Approx(2.4F / 0.15F).epsilon(0.1));
+  CHECK(intensity_factors({&low})[0] == 1.0F);
+  const SessionVoxels few = session_of(0, 199, 0.3);
+  CHECK(intensity_factors({&high, &few})[1] == 1.0F);
+
+  const auto map = unite({&high, &low}, nullptr, factors);
+  CHECK((*map.begin()).intensity == 96);
+  const auto of_low = unite({&low}, nullptr, {40.0F});
+  CHECK((*of_low.begin()).intensity == 255);
 }
 
 TEST_CASE("A tile has its own voxels, and every voxel is in one", "[voxels]") {

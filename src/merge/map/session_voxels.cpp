@@ -26,7 +26,9 @@ void SessionVoxels::add(const VoxelIndex& voxel, const Eigen::Vector3f& from_cor
   sum.sum += from_corner;
   ++sum.cells;
   sum.ground += cell.ground != 0 ? 1 : 0;
-  if (cell.intensity != 0) sum.intensity.add(cell.intensity);
+  if (cell.intensity == 0) return;
+  sum.intensity.add(cell.intensity);
+  has_intensity_ = true;
 }
 
 void SessionVoxels::finish() {

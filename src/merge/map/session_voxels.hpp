@@ -54,6 +54,8 @@ class SessionVoxels {
 
   [[nodiscard]] float voxel_size_m() const { return size_m_; }
   [[nodiscard]] std::size_t size() const { return size_; }
+  /// One of its cells has an intensity.
+  [[nodiscard]] bool has_intensity() const { return has_intensity_; }
   /// Voxels by tile, in ascending order of the tiles.
   [[nodiscard]] std::map<MapTile, std::size_t> sizes() const;
 
@@ -114,6 +116,7 @@ class SessionVoxels {
   std::uint64_t uses_ = 0;
   std::size_t in_memory_ = 0;  ///< voxels
   std::size_t size_ = 0;
+  bool has_intensity_ = false;
 };
 
 }  // namespace unimapper::merge

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <set>
 
@@ -27,8 +28,15 @@ void add(const FineCell& cell, const Pose& T_map_keyframe, SessionVoxels& to) {
          ((scaled - floor) * size_m).matrix().cast<float>(), cell);
 }
 
+/// The sum of a voxel's intensities on the map's scale, which ends at 255.
+std::uint32_t scaled_sum(const IntensitySum& intensity, float factor) {
+  const float sum = std::round(factor * static_cast<float>(intensity.sum()));
+  return static_cast<std::uint32_t>(std::min(sum, 255.0F * static_cast<float>(intensity.count())));
+}
+
 /// Appends the points of one tile, united over the sessions.
-void unite_tile(const std::vector<const SessionVoxels*>& sessions, const MapTile& tile,
+void unite_tile(const std::vector<const SessionVoxels*>& sessions,
+                const std::vector<float>& intensity_factors, const MapTile& tile,
                 ExternalVector<MapPoint>& map) {
   VoxelTable table;
   std::vector<MapPoint> points;
@@ -39,6 +47,7 @@ void unite_tile(const std::vector<const SessionVoxels*>& sessions, const MapTile
   for (std::size_t s = 0; s < sessions.size(); ++s) {
     if (sessions[s] == nullptr) continue;
     size_m = sessions[s]->voxel_size_m();
+    const float factor = intensity_factors.empty() ? 1.0F : intensity_factors[s];
     sessions[s]->visit(tile, [&](VoxelKey key, const SessionVoxels::Voxel& voxel) {
       const std::uint32_t number = table.find_or_insert(key);
       if (number == points.size()) {
@@ -51,7 +60,7 @@ void unite_tile(const std::vector<const SessionVoxels*>& sessions, const MapTile
       points[number].position += voxel.sum;
       cells[number] += voxel.cells;
       ground[number] += voxel.ground;
-      intensities[number][0] += voxel.intensity.sum();
+      intensities[number][0] += scaled_sum(voxel.intensity, factor);
       intensities[number][1] += voxel.intensity.count();
       ++points[number].sessions_seen;
     });
@@ -90,14 +99,15 @@ LabelledVoxels voxelise(const SessionData& session, const MergedSession& merged,
 }
 
 ExternalVector<MapPoint> unite(const std::vector<const SessionVoxels*>& sessions,
-                               const std::shared_ptr<ScratchFile>& file) {
+                               const std::shared_ptr<ScratchFile>& file,
+                               const std::vector<float>& intensity_factors) {
   std::set<MapTile> tiles;
   for (const SessionVoxels* session : sessions) {
     if (session == nullptr) continue;
     for (const auto& [tile, size] : session->sizes()) tiles.insert(tile);
   }
   ExternalVector<MapPoint> map(file);
-  for (const MapTile& tile : tiles) unite_tile(sessions, tile, map);
+  for (const MapTile& tile : tiles) unite_tile(sessions, intensity_factors, tile, map);
   return map;
 }
 

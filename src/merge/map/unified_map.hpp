@@ -25,8 +25,10 @@ LabelledVoxels voxelise(const SessionData& session, const MergedSession& merged,
 
 /// Unites sessions. `sessions[i]` null: not part of the map. Points come by tile, in a tile in the
 /// order in which their voxels were first seen: by session, then by keyframe. In memory is one
-/// tile, and the map if there is no file.
+/// tile, and the map if there is no file. Intensities are multiplied by their session's factor, if
+/// there are any.
 ExternalVector<MapPoint> unite(const std::vector<const SessionVoxels*>& sessions,
-                               const std::shared_ptr<ScratchFile>& file = nullptr);
+                               const std::shared_ptr<ScratchFile>& file = nullptr,
+                               const std::vector<float>& intensity_factors = {});
 
 }  // namespace unimapper::merge
