@@ -98,3 +98,20 @@ TEST_CASE("the map of a bag is that of its folder", "[slow]") {
   CHECK(share > 0.99);
   CHECK(aa_bag > aa_folder - 2.0);
 }
+
+TEST_CASE("the up that a bag's accelerometer tells reaches the merger where scans do not show it") {
+  const TemporaryDirectory directory;
+  const fs::path drive = directory / "drive";
+  (void)run_well({"simulate", "--scene", "corridor", "--sensor", "vlp-16", "--scans", "30",
+                  "--thin", "8", "--distortion", "--bag", "mcap", "--imu", "--out", drive});
+  const auto keyframes_up_known = [&](const std::string& name, const Words& options) {
+    const fs::path run = directory / name;
+    (void)run_well({"onboard", drive / "drive.mcap", "--odometry", "own", "--out", run}, options);
+    (void)run_well({"merge", run, "--out", run / "map"});
+    const nlohmann::json session = read_json(run / "map/summary.json")["sessions"][0];
+    REQUIRE(session["keyframes"] == 3);
+    return session["keyframes_up_known"].get<int>();
+  };
+  CHECK(keyframes_up_known("without", {"--imu-topic", "off"}) == 0);
+  CHECK(keyframes_up_known("with", {}) == 3);
+}
