@@ -10,7 +10,7 @@ import {
 } from "./data/format";
 import type { Theme } from "./palette";
 
-export type ColourMode = "session" | "height" | "visits" | "epoch";
+export type ColourMode = "session" | "height" | "visits" | "epoch" | "intensity";
 export type Placement = "beside" | "provisional" | "hidden";
 
 export interface Settings {

@@ -22,6 +22,7 @@ ViewPoints random_points(std::size_t count, std::shared_ptr<merge::ScratchFile> 
     point.position = {at(200.0) - 50.0F, at(120.0), at(12.0)};
     point.session = static_cast<std::uint8_t>(i % 3);
     point.category = static_cast<std::uint8_t>(i % 5);
+    point.intensity = static_cast<std::uint8_t>(i % 7);
     points.push_back(point);
   }
   return points;
@@ -31,9 +32,9 @@ ViewPoints random_points(std::size_t count, std::shared_ptr<merge::ScratchFile> 
 std::vector<ViewPoint> decoded(const std::string& block) {
   const std::string bytes = gunzip(block);
   REQUIRE(bytes.substr(0, 4) == "UMPT");
-  REQUIRE(number_at<std::uint32_t>(bytes, 4) == 1);
+  const auto version = number_at<std::uint32_t>(bytes, 4);
   const auto count = number_at<std::uint32_t>(bytes, 8);
-  REQUIRE(bytes.size() == 28 + 8 * std::size_t{count});
+  REQUIRE(bytes.size() == 28 + std::size_t{version == 2 ? 9U : 8U} * count);
   std::vector<ViewPoint> points(count);
   const auto step = number_at<float>(bytes, 24);
   for (std::size_t i = 0; i < count; ++i) {
@@ -44,6 +45,7 @@ std::vector<ViewPoint> decoded(const std::string& block) {
     }
     points[i].session = number_at<std::uint8_t>(bytes, 28 + 6 * count + i);
     points[i].category = number_at<std::uint8_t>(bytes, 28 + 7 * count + i);
+    if (version == 2) points[i].intensity = number_at<std::uint8_t>(bytes, 28 + 8 * count + i);
   }
   return points;
 }
@@ -94,6 +96,18 @@ TEST_CASE("every point is in one node of the octree, within a step of where it w
     CHECK(std::count_if(found.begin(), found.end(), is_its) ==
           std::count_if(points.begin(), points.end(), is_its));
   }
+}
+
+TEST_CASE("blocks have intensities where one is known, and else not a byte more") {
+  std::vector<ViewPoint> points(10);
+  CHECK(point_block(points, Eigen::Vector3f::Zero(), 1.0F).size() == 28 + 8 * 10);
+  points[3].intensity = 200;
+  const std::string block = point_block(points, Eigen::Vector3f::Zero(), 1.0F);
+  CHECK(decoded(gzipped(block))[3].intensity == 200);
+  CHECK(make_octree(random_points(100)).has_intensity);
+  ViewPoints without;
+  without.push_back({Eigen::Vector3f::Zero(), 0, 0});
+  CHECK_FALSE(make_octree(without).has_intensity);
 }
 
 TEST_CASE("nodes come by level, then by key, sparse and within their parent, each with its block") {

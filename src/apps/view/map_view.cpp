@@ -217,7 +217,8 @@ ViewPoints static_points(const merge::MergeResult& result) {
   ViewPoints points(result.map.file());
   for (const merge::MapPoint& point : result.map) {
     points.push_back({point.position, session_byte(point.session),
-                      static_cast<std::uint8_t>(std::min(point.sessions_seen, 255U))});
+                      static_cast<std::uint8_t>(std::min(point.sessions_seen, 255U)),
+                      static_cast<std::uint8_t>(point.intensity)});
   }
   return points;
 }
@@ -278,6 +279,7 @@ Json describe_layers(const Layers& layers) {
       nodes.push_back({node.key, node.points, bytes.at(node.key), std::move(bounds)});
     }
     json[name] = {{"origin", numbers(octree.origin)}, {"size_m", octree.size_m}, {"nodes", nodes}};
+    if (octree.has_intensity) json[name]["intensity"] = true;
   }
   return json;
 }

@@ -12,6 +12,7 @@ namespace unimapper::apps {
 namespace {
 
 constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersionWithIntensity = 2;
 constexpr float kMostSteps = 65535.0F;
 
 static_assert(std::endian::native == std::endian::little, "blocks are written in machine order");
@@ -25,11 +26,17 @@ void put(std::string& bytes, T value) {
 
 }  // namespace
 
+bool has_intensity(std::span<const ViewPoint> points) {
+  return std::any_of(points.begin(), points.end(),
+                     [](const ViewPoint& point) { return point.intensity != 0; });
+}
+
 std::string point_block(std::span<const ViewPoint> points, const Eigen::Vector3f& origin,
                         float step_m) {
+  const bool with_intensity = has_intensity(points);
   std::string bytes = "UMPT";
-  bytes.reserve(28 + 8 * points.size());
-  put(bytes, kVersion);
+  bytes.reserve(28 + 9 * points.size());
+  put(bytes, with_intensity ? kVersionWithIntensity : kVersion);
   put(bytes, static_cast<std::uint32_t>(points.size()));
   for (int axis = 0; axis < 3; ++axis) put(bytes, origin[axis]);
   put(bytes, step_m);
@@ -41,6 +48,8 @@ std::string point_block(std::span<const ViewPoint> points, const Eigen::Vector3f
   }
   for (const ViewPoint& point : points) put(bytes, point.session);
   for (const ViewPoint& point : points) put(bytes, point.category);
+  if (!with_intensity) return bytes;
+  for (const ViewPoint& point : points) put(bytes, point.intensity);
   return bytes;
 }
 

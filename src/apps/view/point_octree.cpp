@@ -109,6 +109,7 @@ void add_nodes(OpenNode node, PointOctree& octree) {
     const Kept kept = divide(node, rest);
     if (kept.points.empty()) return;
     octree.nodes.push_back({node.key, static_cast<std::uint32_t>(kept.points.size()), kept.bounds});
+    octree.has_intensity = octree.has_intensity || has_intensity(kept.points);
     octree.blocks.add(node.key,
                       gzipped(point_block(kept.points, node.origin, node.size_m / 65535.0F)));
   }

@@ -24,6 +24,7 @@ struct OctreeNode {
 struct PointOctree {
   Eigen::Vector3f origin = Eigen::Vector3f::Zero();  ///< its lowest corner, metres
   float size_m = 0.0F;                               ///< edge of the cube "r"
+  bool has_intensity = false;                        ///< of a point
   std::vector<OctreeNode> nodes;                     ///< larger cubes first
   BlockList blocks;                                  ///< `gzipped` `point_block`s by key
 };

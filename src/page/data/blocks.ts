@@ -7,6 +7,8 @@ export interface Block {
   step: number;
   /** x, y, z, session + 256 * kind for each point, as the graphics card reads them. */
   packed: Uint16Array;
+  /** Of each point, 0 is unknown; null where all are. */
+  intensity: Uint8Array | null;
 }
 
 const headerBytes = 28;
@@ -19,12 +21,14 @@ export function decodeBlock(buffer: ArrayBuffer): Block {
   const view = new DataView(buffer);
   if (view.getUint32(0, true) !== magic) throw new Error("not a block of points");
   const version = view.getUint32(4, true);
-  if (version !== 1)
-    throw new Error(`block of points has version ${version}; this page reads version 1`);
+  if (version !== 1 && version !== 2)
+    throw new Error(`block of points has version ${version}; this page reads versions 1 and 2`);
   const count = view.getUint32(8, true);
-  if (buffer.byteLength !== headerBytes + bytesPerPoint * count)
+  const known = headerBytes + bytesPerPoint * count;
+  const bytes = version === 2 ? known + count : known;
+  if (buffer.byteLength !== bytes)
     throw new Error(
-      `block of ${count} points has ${buffer.byteLength} bytes instead of ${headerBytes + bytesPerPoint * count}`,
+      `block of ${count} points has ${buffer.byteLength} bytes instead of ${bytes}`,
     );
   const origin: [number, number, number] = [
     view.getFloat32(12, true),
@@ -34,7 +38,8 @@ export function decodeBlock(buffer: ArrayBuffer): Block {
   const step = view.getFloat32(24, true);
   if (![...origin, step].every(Number.isFinite))
     throw new Error("block of points has no finite origin");
-  return { count, origin, step, packed: packed(buffer, count) };
+  const intensity = version === 2 ? new Uint8Array(buffer, known, count) : null;
+  return { count, origin, step, packed: packed(buffer, count), intensity };
 }
 
 /** Columns to rows: one attribute of 8 bytes is aligned for every graphics card. */

@@ -69,6 +69,8 @@ export interface Layer {
   origin: number[];
   size_m: number;
   nodes: NodeRow[];
+  /** Points of it have intensities. */
+  intensity?: boolean;
 }
 export interface Timing {
   load: string;

@@ -12,7 +12,7 @@ export function layersPane({ state, scene }: App, root: HTMLElement): void {
     const focused = controls().indexOf(document.activeElement as HTMLElement);
     if (!state.map || document.activeElement?.matches("#pane-layers input[type=range]")) return;
     root.replaceChildren(
-      colours(state),
+      colours(state, state.map),
       sessions(state, state.map),
       removed(state, state.map),
       changes(state, state.map),
@@ -32,13 +32,14 @@ const flag = (state: State, name: Flag, text: string, colour?: string): HTMLElem
 const part = (title: string, children: (Node | null)[]): HTMLElement =>
   element("section", {}, [element("h2", { text: title }), ...children]);
 
-function colours(state: State): HTMLElement {
+function colours(state: State, map: MapData): HTMLElement {
   const modes: [ColourMode, string][] = [
     ["session", "session"],
     ["height", "height"],
     ["visits", "visits"],
     ["epoch", "epoch"],
   ];
+  if (map.layers["static"]?.intensity) modes.push(["intensity", "intensity"]);
   return part("Colour by", [
     choice("Colour by", modes, state.settings.colour, (mode) => state.set("colour", mode)),
   ]);

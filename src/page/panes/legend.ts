@@ -67,6 +67,7 @@ function points({ state, scene }: App): HTMLElement[] {
       ),
     );
   if (settings.colour === "epoch") rows.push(ramp("epoch of change", "0", String(map.epoch)));
+  if (settings.colour === "intensity") rows.push(ramp("intensity", "1", "255"));
   if (settings.pathError && map.evaluation?.ate_m)
     rows.push(
       ramp("position error", "0", `${scene?.trajectories.largestError.toFixed(2) ?? ""} m`),

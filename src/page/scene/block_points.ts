@@ -14,6 +14,8 @@ export class BlockPoints extends Points<BufferGeometry, PointMaterial> {
   ) {
     super(new BufferGeometry(), material);
     this.geometry.setAttribute("position", new BufferAttribute(block.packed, 4));
+    if (block.intensity)
+      this.geometry.setAttribute("intensity", new BufferAttribute(block.intensity, 1, true));
     this.frustumCulled = false;
     this.matrixAutoUpdate = false;
     this.place(new Matrix4());

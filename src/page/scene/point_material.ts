@@ -22,11 +22,12 @@ export const roles = {
   keyframe: 5,
 } as const;
 export type Role = keyof typeof roles;
-export const colourModes = { session: 0, height: 1, visits: 2, epoch: 3 } as const;
+export const colourModes = { session: 0, height: 1, visits: 2, epoch: 3, intensity: 4 } as const;
 
 const vertexShader = `
 precision highp float;
 in vec4 position;
+in float intensity;
 uniform mat4 modelMatrix, viewMatrix, projectionMatrix;
 uniform highp sampler2D sessions, epochs, ramp;
 uniform int role, mode;
@@ -51,6 +52,8 @@ void main() {
   if (mode == 1) colour = texture(ramp, vec2(height, 0.5)).rgb;
   if (mode == 2 && role == 0) colour = texture(ramp, vec2((float(kind) - 1.0) / max(visits - 1.0, 1.0), 0.5)).rgb;
   if (mode == 3) colour = texelFetch(epochs, ivec2(session, 0), 0).rgb;
+  if (mode == 4 && role == 0)
+    colour = intensity > 0.0 ? texture(ramp, vec2(sqrt(intensity), 0.5)).rgb : vec3(0.4);
   if (removal) {
     vec4 chosen = kinds[min(kind, 3)];
     colour = chosen.rgb;

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { counts, drawnShare, loaded, picture } from "./browser.mjs";
 import { token } from "./fake_server.mjs";
-import { click, closed, townPage, until } from "./town_page.mjs";
+import { click, closed, colourings, townPage, until } from "./town_page.mjs";
 
 const town = townPage();
 
@@ -12,6 +12,7 @@ test("points are drawn, the token leaves the address", async () => {
   assert.ok((await counts(session.page)).points > 100_000);
   assert.ok((await drawnShare(session.page)) > 0.3);
   assert.ok(!session.page.url().includes(token));
+  assert.ok(!(await colourings(session.page)).includes("intensity"), "the town has none");
   assert.ok(town.server.requests.every((url) => !url.includes(token)));
   await picture(session.page, "wide-dark");
   await closed(session);

@@ -7,7 +7,7 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath, pathToFileURL } from "node:url";
 import { counts, launch, loaded, open, picture, ready } from "./browser.mjs";
-import { click, closed, until } from "./town_page.mjs";
+import { click, closed, colourings, until } from "./town_page.mjs";
 
 const program = process.env.UNIMAPPER ?? fileURLToPath(new URL("../../../build/release/bin/unimapper", import.meta.url));
 const folder = mkdtempSync(join(tmpdir(), "unimapper-tool-"));
@@ -159,6 +159,13 @@ test("an exported map is shown from its folder, and its report opens from disk",
   await ready(shown.page);
   await loaded(shown.page);
   assert.ok((await counts(shown.page)).points > 20_000);
+  assert.ok((await colourings(shown.page)).includes("intensity"));
+  const points = () =>
+    shown.page.screenshot({ encoding: "base64", clip: { x: 500, y: 300, width: 200, height: 150 } });
+  const bySession = await points();
+  await shown.page.evaluate(() => window.unimapper.set("colour", "intensity"));
+  await picture(shown.page, "tool-intensity");
+  assert.notEqual(await points(), bySession);
   await closed(shown);
   await stopped();
 

@@ -33,6 +33,10 @@ export async function closed({ page, errors }) {
   await page.close();
 }
 
+/** What points can be coloured by. */
+export const colourings = (page) =>
+  page.$$eval("[aria-label='Colour by'] button", (all) => all.map((button) => button.textContent));
+
 export const until = (page, condition, ...values) =>
   page.waitForFunction(condition, { timeout: 15_000, polling: 50 }, ...values);
 
