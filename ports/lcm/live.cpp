@@ -284,7 +284,7 @@ void listen(const ListenOptions& options, wire::KeyframeStorage& storage) {
     publish_all(*link, guard, kReceiptChannel,
                 receiver.take_receipts(base, queue.free_bytes(), now_ns));
   };
-  tell("listening on " + url);
+  if (url != kNoNetwork) tell("listening on " + url);
   Watch watch(options);
   const auto tell_time = [&receiver](Clock::time_point now) {
     receiver.advance(std::chrono::nanoseconds(now.time_since_epoch()).count());
@@ -294,6 +294,7 @@ void listen(const ListenOptions& options, wire::KeyframeStorage& storage) {
   Clock::time_point next_answer = Clock::now();
   for (;;) {
     handle_for(queue, inlet, kPollInterval);
+    if (options.feed) options.feed(receiver);
     const Clock::time_point now = Clock::now();
     tell_time(now);
     if (now >= next_answer) {

@@ -31,6 +31,9 @@ Link open_link(const std::string& url, std::shared_ptr<DatagramGuard> guard = nu
 /// URL or says something else. The kernel's default of 208 KiB holds three datagrams of 60 kB.
 std::string with_receive_buffer(const std::string& url);
 
+/// LCM's name of no network: what is sent there reaches nobody.
+inline constexpr const char* kNoNetwork = "memq://";
+
 /// What to listen to, and when to stop.
 struct ListenOptions {
   /// LCM's name of the network.
@@ -46,6 +49,9 @@ struct ListenOptions {
   ReceiverLimits limits;  ///< what the stream may make the receiver hold
   /// Lets in what is authentic, and seals the answers; null: everything is let in.
   std::shared_ptr<DatagramGuard> guard;
+  /// Called ten times a second to hand the receiver what has come by other ways; must not wait. May
+  /// be empty.
+  std::function<void(Receiver&)> feed;
   /// Asked ten times a second; true ends the listening. May be empty.
   std::function<bool()> stop;
   /// Asked ten times a second for what robots are to be told now of their place in a map; must not

@@ -39,7 +39,8 @@ void remove_contents(Database& database, std::int64_t session) {
   for (const char* rows :
        {"loop_outcomes WHERE ?1 IN (query_session, match_session)",
         "placement_outcomes WHERE ?1 IN (query_session, match_session)", "health WHERE session = ?",
-        "summaries WHERE session = ?", "keyframes WHERE session = ?"}) {
+        "summaries WHERE session = ?", "keyframes WHERE session = ?",
+        "handed_on_keyframes WHERE session = ?", "handed_on_sessions WHERE session = ?"}) {
     Statement(database, std::string("DELETE FROM ") + rows).bind(session).run();
   }
   Statement(database,

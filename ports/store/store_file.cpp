@@ -198,6 +198,15 @@ constexpr const char* kLaterTables = R"(
 CREATE TABLE IF NOT EXISTS epoch_systems (
   epoch INTEGER PRIMARY KEY REFERENCES epochs (number) ON DELETE CASCADE,
   crs TEXT NOT NULL
+) STRICT;
+CREATE TABLE IF NOT EXISTS handed_on_keyframes (
+  session INTEGER NOT NULL REFERENCES sessions (id),
+  sequence INTEGER NOT NULL,
+  PRIMARY KEY (session, sequence)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS handed_on_sessions (
+  session INTEGER PRIMARY KEY REFERENCES sessions (id),
+  message BLOB NOT NULL
 ) STRICT
 )";
 

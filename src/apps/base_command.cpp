@@ -4,8 +4,31 @@
 
 #include "src/apps/base/base_options.hpp"
 #include "src/apps/commands.hpp"
+#include "src/apps/nats_options.hpp"
 
 namespace unimapper::apps {
+
+namespace {
+
+void add_fleet_options(CLI::App& command, const std::shared_ptr<BaseOptions>& options) {
+  const auto add = [&command](const std::string& name, auto& value, const std::string& text) {
+    return command.add_option(name, value, text)->group("Fleet (docs/fleet.md)");
+  };
+  add("--from", options->from,
+      "Take in what sites have sent to a NATS server, nats://HOST:PORT or tls://HOST:PORT");
+  CLI::Option* uplink =
+      add("--uplink", options->uplink, "Send what is stored to a NATS server, for a centre");
+  CLI::Option* site = add("--site", options->site, "Name of this site there")->needs(uplink);
+  uplink->needs(site);
+  command
+      .add_flag("--uplink-all", options->uplinks_all,
+                "Send also what was sent before: the server or the centre has lost it")
+      ->needs(uplink)
+      ->group("Fleet (docs/fleet.md)");
+  add_nats_credentials(command, options->nats);
+}
+
+}  // namespace
 
 void register_base(CLI::App& app) {
   auto options = std::make_shared<BaseOptions>();
@@ -16,10 +39,10 @@ void register_base(CLI::App& app) {
                    "Folder of the store, made if absent; `unimapper merge` and `unimapper inspect` "
                    "read it, also meanwhile")
       ->required();
-  command
-      ->add_option("--listen", options->listen,
-                   "LCM's name of the network, e.g. udpm://239.255.76.67:7667?ttl=0")
-      ->required();
+  CLI::Option* listen =
+      command->add_option("--listen", options->listen,
+                          "LCM's name of the network, e.g. udpm://239.255.76.67:7667?ttl=0");
+  add_fleet_options(*command, options);
   command->add_option(
       "--http", options->http,
       "Serve the page of the store at HOST:PORT, e.g. 127.0.0.1:8080 (docs/page.md)");
@@ -81,7 +104,10 @@ void register_base(CLI::App& app) {
       "Example:\n"
       "  unimapper base --store site --listen 'udpm://239.255.76.67:7667?ttl=0'\n"
       "  unimapper merge site --out map");
-  command->callback([options] { run_base(*options); });
+  command->callback([options, listen] {
+    if (listen->empty() && options->from.empty()) throw CLI::RequiredError("--listen or --from");
+    run_base(*options);
+  });
 }
 
 }  // namespace unimapper::apps

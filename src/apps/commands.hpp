@@ -19,6 +19,7 @@ void register_project(CLI::App& app);
 void register_merge(CLI::App& app);
 void register_evaluate(CLI::App& app);
 void register_export(CLI::App& app);
+void register_fleet(CLI::App& app);
 void register_inspect(CLI::App& app);
 void register_keys(CLI::App& app);
 void register_localise(CLI::App& app);
@@ -40,7 +41,7 @@ inline std::vector<CommandTask> command_tasks() {
           {"Merge drives", {register_merge, register_project}},
           {"Localise", {register_localise}},
           {"Look", {register_view}},
-          {"Robots and a base", {register_base, register_watch, register_keys}},
+          {"Robots and a base", {register_base, register_fleet, register_watch, register_keys}},
           {"Simulate and evaluate", {register_simulate, register_evaluate}},
           {nullptr, {register_parameters, register_reference}}};
 }

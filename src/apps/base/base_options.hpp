@@ -7,11 +7,18 @@
 #include <optional>
 #include <string>
 
+#include "ports/nats/server.hpp"
+
 namespace unimapper::apps {
 
 struct BaseOptions {
   std::filesystem::path store;  ///< folder of the store
-  std::string listen;           ///< LCM URL
+  std::string listen;           ///< LCM URL; empty: no robots are heard
+  std::string from;             ///< NATS servers of the sites' stream; empty: none
+  std::string uplink;           ///< NATS servers that the store is sent to; empty: none
+  std::string site;             ///< name of this site in the stream
+  bool uplinks_all = false;     ///< including what was sent before
+  nats_port::Server nats;       ///< credentials for either
   std::string http;             ///< HOST:PORT of the page; empty: none
   std::filesystem::path keys;   ///< folder of robots' keys; empty: everybody is heard
   std::size_t sessions = 0;     ///< ends once so many have ended; 0: runs until it is told to stop

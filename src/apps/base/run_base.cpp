@@ -17,6 +17,8 @@
 #include "ports/keys/guards.hpp"
 #include "ports/lcm/live.hpp"
 #include "ports/linux/boot_id.hpp"
+#include "ports/nats/downlink.hpp"
+#include "ports/nats/uplink.hpp"
 #include "ports/store/keyframe_store.hpp"
 #include "ports/store/process_io.hpp"
 #include "src/apps/base/base_options.hpp"
@@ -212,6 +214,44 @@ std::unique_ptr<Page> start_page(const BaseOptions& options, const store::Keyfra
   return page;
 }
 
+std::unique_ptr<nats_port::Uplink> start_uplink(const BaseOptions& options,
+                                                const store::KeyframeStore& kept) {
+  if (options.uplink.empty()) return nullptr;
+  nats_port::UplinkOptions uplink;
+  uplink.server = options.nats;
+  uplink.server.url = options.uplink;
+  uplink.store = options.store;
+  uplink.site = options.site;
+  uplink.sends_all = options.uplinks_all;
+  uplink.report = &say;
+  return nats_port::start_uplink(std::move(uplink), kept.lock());
+}
+
+std::unique_ptr<nats_port::Downlink> start_downlink(const BaseOptions& options,
+                                                    store::KeyframeStore& kept) {
+  if (options.from.empty()) return nullptr;
+  nats_port::DownlinkOptions downlink;
+  downlink.server = options.nats;
+  downlink.server.url = options.from;
+  downlink.max_keyframe_bytes = kMaxKeyframeBytes;
+  downlink.report = &say;
+  return nats_port::start_downlink(std::move(downlink), kept);
+}
+
+void report_uplink(const nats_port::UplinkCounters& counters) {
+  say("the uplink sent " + std::to_string(counters.keyframes) + " keyframes and " +
+      std::to_string(counters.sessions) + " messages about sessions; " +
+      std::to_string(counters.failures) + " attempts failed, " +
+      std::to_string(counters.too_large) + " keyframes were too large");
+}
+
+void report_downlink(const nats_port::DownlinkCounters& counters) {
+  say("from the sites came " + std::to_string(counters.messages) +
+      " messages: " + std::to_string(counters.stored) + " stored, " +
+      std::to_string(counters.postponed) + " postponed, " + std::to_string(counters.dropped) +
+      " dropped; " + std::to_string(counters.failures) + " connections failed");
+}
+
 void report_localisation(const LiveLocalisationCounters& counters) {
   say("localised by " + std::to_string(counters.keyframes) + " keyframes; " +
       std::to_string(counters.late) + " came after later ones and " +
@@ -247,7 +287,7 @@ void run_base(const BaseOptions& options) {
   StopSignals signals;
   Status status(kept);
   lcm_port::ListenOptions listening;
-  listening.url = options.listen;
+  listening.url = options.listen.empty() ? lcm_port::kNoNetwork : options.listen;
   listening.sessions_expected = options.sessions;
   listening.limits = limits_of(options);
   listening.stop = [&signals] { return signals.arrived(); };
@@ -267,7 +307,16 @@ void run_base(const BaseOptions& options) {
   const std::unique_ptr<MergeThread> merges = start_merges(options, kept);
   if (merges != nullptr) listening.map_poses = [&merges] { return merges->due(); };
   const std::unique_ptr<Page> page = start_page(options, kept);
-  lcm_port::listen(listening, kept);
+  const std::unique_ptr<nats_port::Uplink> uplink = start_uplink(options, kept);
+  const std::unique_ptr<nats_port::Downlink> downlink = start_downlink(options, kept);
+  if (downlink != nullptr) {
+    listening.feed = [&downlink](wire::Receiver& receiver) { downlink->take(receiver); };
+    lcm_port::listen(listening, *downlink);
+    report_downlink(downlink->counters());
+  } else {
+    lcm_port::listen(listening, kept);
+  }
+  if (uplink != nullptr) report_uplink(uplink->finish());
   if (localisation != nullptr) report_localisation(localisation->finish());
   if (merges != nullptr) end_merges(*merges);
   report_end(kept, written_before);
