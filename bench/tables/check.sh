@@ -13,7 +13,7 @@ if [ $# -gt 0 ]; then
 else
   cd "$root"
   documents=(README.md docs/base.md docs/changes.md docs/design/loop-acceptance.md
-    docs/design/plausibility.md docs/localisation.md docs/odometry.md docs/porting.md docs/project.md docs/results.md
+    docs/design/plausibility.md docs/fleet.md docs/localisation.md docs/odometry.md docs/porting.md docs/project.md docs/results.md
     docs/results-outside.md docs/security.md docs/shared-memory.md docs/wire-format.md)
 fi
 layouts=$(mktemp)
