@@ -1,6 +1,7 @@
 // Answers of a build without libnats.
 #include "ports/nats/downlink.hpp"
 #include "ports/nats/fleet_status.hpp"
+#include "ports/nats/job_board.hpp"
 #include "ports/nats/uplink.hpp"
 
 namespace unimapper::nats_port {
@@ -20,5 +21,11 @@ std::unique_ptr<Downlink> start_downlink(DownlinkOptions, wire::KeyframeStorage&
 }
 
 FleetStatus fleet_status(const Server&) { throw NatsError(kAbsent); }
+
+std::unique_ptr<JobBoard> open_board(const Server&, const BoardNames&) { throw NatsError(kAbsent); }
+
+std::unique_ptr<JobSource> open_source(const Server&, const std::string&) {
+  throw NatsError(kAbsent);
+}
 
 }  // namespace unimapper::nats_port

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <mutex>
+#include <vector>
 
 #include "ports/store/database.hpp"
 #include "unimapper/core/keyframe_record.hpp"
@@ -19,8 +20,14 @@ class KeyframeReader {
   /// A keyframe of the session in a row. O(bytes). Throws StoreError for one that is not stored or
   /// is damaged.
   [[nodiscard]] KeyframeRecord read(std::int64_t session, std::uint32_t sequence);
+  /// Its bytes as the robot encoded it. Throws as `read`.
+  [[nodiscard]] std::vector<std::uint8_t> bytes(std::int64_t session, std::uint32_t sequence);
 
  private:
+  /// Empty for one that is not stored or is damaged.
+  std::vector<std::uint8_t> sound_bytes(std::int64_t session, std::uint32_t sequence);
+  [[noreturn]] void refuse(std::int64_t session, std::uint32_t sequence) const;
+
   std::mutex guard_;
   Database database_;
   Statement select_;

@@ -27,6 +27,7 @@ void register_parameters(CLI::App& app);
 void register_reference(CLI::App& app);
 void register_view(CLI::App& app);
 void register_watch(CLI::App& app);
+void register_worker(CLI::App& app);
 
 /// Subcommands of one task; without a name for those who build the project.
 struct CommandTask {
@@ -41,7 +42,8 @@ inline std::vector<CommandTask> command_tasks() {
           {"Merge drives", {register_merge, register_project}},
           {"Localise", {register_localise}},
           {"Look", {register_view}},
-          {"Robots and a base", {register_base, register_fleet, register_watch, register_keys}},
+          {"Robots and a base", {register_base, register_watch, register_keys}},
+          {"Fleet", {register_fleet, register_worker}},
           {"Simulate and evaluate", {register_simulate, register_evaluate}},
           {nullptr, {register_parameters, register_reference}}};
 }

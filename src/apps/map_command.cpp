@@ -9,6 +9,7 @@
 #include "src/apps/commands.hpp"
 #include "src/apps/export_options.hpp"
 #include "src/apps/map/map_options.hpp"
+#include "src/apps/nats_options.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -234,6 +235,9 @@ void register_maps(MapCommands& commands) {
                         "Threads to use; 0: all. The map does not depend on it")
             ->check(CLI::Range(0, 256));
         add_memory(command, o.merge.memory_mb);
+        command.add_option("--workers", o.merge.workers.url,
+                           "nats://HOST:PORT where `unimapper worker` takes loops to verify");
+        add_nats_credentials(command, o.merge.workers);
       },
       [](const MapOptions& o) { merge_project(o.project, o.merge); });
   commands.add(

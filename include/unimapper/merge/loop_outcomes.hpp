@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "unimapper/merge/alignment.hpp"
 #include "unimapper/merge/loop_constraint.hpp"
@@ -20,6 +22,17 @@ struct LoopQuestion {
   /// matter, and of how loops are verified.
   std::uint64_t fingerprint = 0;
 };
+
+/// How far registration may correct a candidate's pose.
+struct CorrectionLimit {
+  double translation_m = 0.0;  ///< metres
+  double rotation_rad = 0.0;   ///< radians
+};
+
+/// Verifies the questions at some positions on this machine: one outcome for each, in the order of
+/// the positions.
+using VerifyHere =
+    std::function<std::vector<LoopConstraint>(std::span<const std::size_t> positions)>;
 
 /// What the evidence about a placement depends on: two sessions, and everything else.
 struct PlacementQuestion {
@@ -46,6 +59,12 @@ class LoopOutcomes {
 
   /// The outcome of exactly this question, to the bit; nothing if it was never asked.
   virtual std::optional<LoopConstraint> find(const LoopQuestion& question) = 0;
+  /// Outcomes of questions that `find` did not know, one for each, in their order. They are the
+  /// same to the bit wherever they come from; by default all are verified here. `limit` is in their
+  /// fingerprints.
+  virtual std::vector<LoopConstraint> verify(std::span<const LoopQuestion> questions,
+                                             const CorrectionLimit& limit,
+                                             const VerifyHere& verify_here);
   /// Takes what `find` did not know. It may throw, which ends the merge.
   virtual void keep(std::span<const Entry> entries) = 0;
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "ports/nats/server.hpp"
 #include "src/apps/merge/session_references.hpp"
 #include "unimapper/merge/export.hpp"
 
@@ -93,6 +94,7 @@ struct MapMergeOptions {
   std::filesystem::path config;          ///< JSON file with parameters that differ from the default
   std::optional<std::uint32_t> threads;  ///< instead of the configuration's
   std::optional<std::uint32_t> memory_mb;  ///< instead of the configuration's
+  nats_port::Server workers;               ///< where workers take loops; no address: none
 };
 
 /// Merges the sessions of the latest epoch; the result is a new one.

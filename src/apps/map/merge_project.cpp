@@ -3,7 +3,9 @@
 #include <malloc.h>
 
 #include <chrono>
+#include <functional>
 #include <iostream>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -11,6 +13,7 @@
 #include "ports/datasets/files.hpp"
 #include "ports/store/project_writer.hpp"
 #include "src/apps/export_options.hpp"
+#include "src/apps/fleet/project_workers.hpp"
 #include "src/apps/map/map_options.hpp"
 #include "src/apps/map/project_merge.hpp"
 #include "src/apps/map/stored_map.hpp"
@@ -74,6 +77,20 @@ merge::ExportOptions options_of(const MapExportOptions& output, const StoredMap&
   return options;
 }
 
+/// Null where none are asked for, or the server cannot be reached, which is said.
+std::unique_ptr<ProjectWorkers> workers_of(const nats_port::Server& server,
+                                           const std::filesystem::path& store,
+                                           const merge::MergeConfig& config) {
+  if (server.url.empty()) return nullptr;
+  check(server);
+  try {
+    return std::make_unique<ProjectWorkers>(server, store, config);
+  } catch (const nats_port::NatsError& error) {
+    std::cerr << "unimapper: warning: " << error.what() << ": loops are verified here\n";
+    return nullptr;
+  }
+}
+
 }  // namespace
 
 void merge_project(const ProjectOptions& options, const MapMergeOptions& merge_options) {
@@ -89,11 +106,16 @@ void merge_project(const ProjectOptions& options, const MapMergeOptions& merge_o
   if (state.sessions.empty()) {
     throw std::runtime_error("the project has no session; `unimapper map add` takes runs in");
   }
-  const ProjectMerge merge = merge_stored(writer, options.store, state, config, progress());
+  const auto workers = workers_of(merge_options.workers, options.store, config);
+  VerifyElsewhere elsewhere;
+  if (workers) elsewhere = std::bind_front(&ProjectWorkers::verify, workers.get());
+  const ProjectMerge merge =
+      merge_stored(writer, options.store, state, config, progress(), {}, elsewhere);
   for (const SessionData& session : merge.sessions) {
     report_missing(options.store.string(), session);
   }
   std::cerr << "unimapper: " << merge.verified << '\n';
+  if (workers) std::cerr << "unimapper: " << workers->text() << '\n';
   report_positions(merge.result, merge.sessions);
   warn_of_merged_sessions(merge.sessions, merge.result);
   std::cerr << waiting_text(merge.sessions, merge.result, options.store.string());

@@ -10,6 +10,7 @@
 #include "src/apps/map/stored_result.hpp"
 #include "src/apps/map/stored_sessions.hpp"
 #include "src/apps/merge/stored_contents.hpp"
+#include "src/merge/jobs/loop_job.hpp"
 #include "src/merge/loops/link_check.hpp"
 
 namespace unimapper::apps {
@@ -21,8 +22,9 @@ using store::StatementKind;
 /// is killed has not verified in vain.
 class StoredOutcomes final : public merge::LoopOutcomes {
  public:
-  StoredOutcomes(store::ProjectWriter& writer, const KeyframeRows& rows)
-      : writer_(writer), rows_(rows) {}
+  StoredOutcomes(store::ProjectWriter& writer, const KeyframeRows& rows,
+                 const VerifyElsewhere& elsewhere)
+      : writer_(writer), rows_(rows), elsewhere_(elsewhere) {}
 
   std::optional<merge::LoopConstraint> find(const merge::LoopQuestion& question) override {
     const auto stored = writer_.outcomes().find(key_of(question));
@@ -30,9 +32,17 @@ class StoredOutcomes final : public merge::LoopOutcomes {
     ++found_;
     return from_stored(*stored, question.query, question.match);
   }
+  std::vector<merge::LoopConstraint> verify(std::span<const merge::LoopQuestion> questions,
+                                            const merge::CorrectionLimit& limit,
+                                            const merge::VerifyHere& verify_here) override {
+    if (elsewhere_ && !questions.empty()) return elsewhere_(rows_, questions, limit, verify_here);
+    return merge::LoopOutcomes::verify(questions, limit, verify_here);
+  }
   void keep(std::span<const Entry> entries) override {
     store::Transaction transaction(writer_.database());
     for (const Entry& entry : entries) {
+      // It may be the workers' fault: the next merge tries again.
+      if (entry.outcome.decision.reason == merge::kSetAside) continue;
       writer_.outcomes().keep(key_of(entry.question), to_stored(entry.outcome, rows_));
     }
     transaction.commit();
@@ -70,6 +80,7 @@ class StoredOutcomes final : public merge::LoopOutcomes {
 
   store::ProjectWriter& writer_;
   const KeyframeRows& rows_;
+  const VerifyElsewhere& elsewhere_;
   std::size_t found_ = 0;
   std::size_t kept_ = 0;
   std::size_t placements_found_ = 0;
@@ -153,9 +164,10 @@ std::string outcome_of(const merge::MergeResult& result, const std::vector<Sessi
 
 ProjectResult merge_held(store::ProjectWriter& writer, const store::ProjectState& state,
                          const KeyframeRows& rows, const merge::MergeConfig& config,
-                         std::optional<std::int64_t> reference, const MergePoses& merge_poses) {
+                         std::optional<std::int64_t> reference, const MergePoses& merge_poses,
+                         const VerifyElsewhere& elsewhere) {
   ProjectResult merge;
-  StoredOutcomes outcomes(writer, rows);
+  StoredOutcomes outcomes(writer, rows, elsewhere);
   merge::UserStatements said = statements_of(state, rows, rows.sessions());
   if (!said.reference && reference) said.reference = rows.index(*reference);
   merge.result = merge_poses(said, outcomes);
@@ -168,7 +180,7 @@ ProjectResult merge_held(store::ProjectWriter& writer, const store::ProjectState
 ProjectMerge merge_stored(store::ProjectWriter& writer, const std::filesystem::path& store,
                           const store::ProjectState& state, const merge::MergeConfig& config,
                           const std::function<void(const std::string&)>& progress,
-                          std::optional<std::int64_t> reference) {
+                          std::optional<std::int64_t> reference, const VerifyElsewhere& elsewhere) {
   ProjectMerge merge;
   StoredContents contents(config.kept_bytes());
   std::vector<InputSession> inputs = read_sessions(store, state.sessions, {}, &contents);
@@ -177,11 +189,12 @@ ProjectMerge merge_stored(store::ProjectWriter& writer, const std::filesystem::p
   }
   merge.sessions = data_of(inputs);
   const KeyframeRows rows(merge.rows, merge.sessions);
-  static_cast<ProjectResult&>(merge) =
-      merge_held(writer, state, rows, config, reference,
-                 [&](const merge::UserStatements& said, merge::LoopOutcomes& outcomes) {
-                   return merge::merge_poses(merge.sessions, config, progress, said, &outcomes);
-                 });
+  static_cast<ProjectResult&>(merge) = merge_held(
+      writer, state, rows, config, reference,
+      [&](const merge::UserStatements& said, merge::LoopOutcomes& outcomes) {
+        return merge::merge_poses(merge.sessions, config, progress, said, &outcomes);
+      },
+      elsewhere);
   return merge;
 }
 

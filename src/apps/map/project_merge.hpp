@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,10 +34,16 @@ struct ProjectMerge : ProjectResult {
 using MergePoses = std::function<merge::MergeResult(const merge::UserStatements& statements,
                                                     merge::LoopOutcomes& outcomes)>;
 
+/// Verifies loops of the sessions in `rows` elsewhere, as `merge::LoopOutcomes::verify`.
+using VerifyElsewhere = std::function<std::vector<merge::LoopConstraint>(
+    const KeyframeRows& rows, std::span<const merge::LoopQuestion> questions,
+    const merge::CorrectionLimit& limit, const merge::VerifyHere& verify_here)>;
+
 /// What `merge_poses` makes of sessions of a project that are in memory, as `merge_stored` below.
 ProjectResult merge_held(store::ProjectWriter& writer, const store::ProjectState& state,
                          const KeyframeRows& rows, const merge::MergeConfig& config,
-                         std::optional<std::int64_t> reference, const MergePoses& merge_poses);
+                         std::optional<std::int64_t> reference, const MergePoses& merge_poses,
+                         const VerifyElsewhere& elsewhere = {});
 
 /// Why the sensor data do not bear out a link, as a sentence; empty: they do, or say nothing
 /// against it. Reads the two sessions. Throws std::runtime_error where they cannot be read.
@@ -48,6 +55,7 @@ std::string objection_to(const std::filesystem::path& store, const store::Stored
 ProjectMerge merge_stored(store::ProjectWriter& writer, const std::filesystem::path& store,
                           const store::ProjectState& state, const merge::MergeConfig& config,
                           const std::function<void(const std::string&)>& progress,
-                          std::optional<std::int64_t> reference = {});
+                          std::optional<std::int64_t> reference = {},
+                          const VerifyElsewhere& elsewhere = {});
 
 }  // namespace unimapper::apps

@@ -7,15 +7,10 @@
 
 #include "loop_search.hpp"
 #include "src/merge/registration/keyframe_clouds.hpp"
+#include "unimapper/merge/loop_outcomes.hpp"
 #include "unimapper/merge/merge_config.hpp"
 
 namespace unimapper::merge {
-
-/// How far registration may correct a candidate's pose.
-struct CorrectionLimit {
-  double translation_m = 0.0;
-  double rotation_rad = 0.0;
-};
 
 /// Of candidates that descriptors propose: metres, radians.
 inline constexpr CorrectionLimit kDescriptorLimit{4.0, 0.25};

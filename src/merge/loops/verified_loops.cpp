@@ -1,6 +1,7 @@
 #include "verified_loops.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace unimapper::merge {
@@ -13,6 +14,14 @@ bool UserStatements::forbid(KeyframeId query, KeyframeId match) const {
 
 bool UserStatements::keep_apart(std::uint32_t session) const {
   return std::find(apart.begin(), apart.end(), session) != apart.end();
+}
+
+std::vector<LoopConstraint> LoopOutcomes::verify(std::span<const LoopQuestion> questions,
+                                                 const CorrectionLimit& /*limit*/,
+                                                 const VerifyHere& verify_here) {
+  std::vector<std::size_t> all(questions.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return verify_here(all);
 }
 
 KnownLoops::KnownLoops(const MergeConfig& config, const UserStatements& statements,
@@ -32,7 +41,7 @@ std::vector<LoopConstraint> KnownLoops::verify(std::span<const LoopCandidate> ca
   std::vector<LoopConstraint> loops(candidates.size());
   std::vector<LoopCandidate> unknown;
   std::vector<std::size_t> positions;
-  std::vector<LoopOutcomes::Entry> entries;
+  std::vector<LoopQuestion> questions;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const LoopCandidate& candidate = candidates[i];
     if (const char* reason = refusal(candidate.query, candidate.match)) {
@@ -56,16 +65,33 @@ std::vector<LoopConstraint> KnownLoops::verify(std::span<const LoopCandidate> ca
     }
     unknown.push_back(candidate);
     positions.push_back(i);
-    entries.push_back({question, {}});
+    questions.push_back(question);
   }
-  std::vector<LoopConstraint> verified = verify_loops(unknown, limit, clouds, config_);
+  std::vector<LoopConstraint> verified = verify(unknown, questions, limit, clouds);
   verified_ += verified.size();
+  std::vector<LoopOutcomes::Entry> entries;
   for (std::size_t i = 0; i < verified.size(); ++i) {
-    entries[i].outcome = verified[i];
+    verified[i].query = unknown[i].query;
+    verified[i].match = unknown[i].match;
+    verified[i].confidence = unknown[i].confidence;
+    entries.push_back({questions[i], verified[i]});
     loops[positions[i]] = std::move(verified[i]);
   }
   if (outcomes_ != nullptr && !entries.empty()) outcomes_->keep(entries);
   return loops;
+}
+
+std::vector<LoopConstraint> KnownLoops::verify(std::span<const LoopCandidate> unknown,
+                                               std::span<const LoopQuestion> questions,
+                                               const CorrectionLimit& limit,
+                                               KeyframeClouds& clouds) {
+  if (outcomes_ == nullptr) return verify_loops(unknown, limit, clouds, config_);
+  return outcomes_->verify(questions, limit, [&](std::span<const std::size_t> positions) {
+    std::vector<LoopCandidate> chosen;
+    chosen.reserve(positions.size());
+    for (const std::size_t i : positions) chosen.push_back(unknown[i]);
+    return verify_loops(chosen, limit, clouds, config_);
+  });
 }
 
 }  // namespace unimapper::merge

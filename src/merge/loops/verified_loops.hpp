@@ -30,6 +30,11 @@ class KnownLoops {
   [[nodiscard]] const char* refusal(KeyframeId query, KeyframeId match) const;
 
  private:
+  /// Of candidates whose outcome is not known, and their questions.
+  std::vector<LoopConstraint> verify(std::span<const LoopCandidate> unknown,
+                                     std::span<const LoopQuestion> questions,
+                                     const CorrectionLimit& limit, KeyframeClouds& clouds);
+
   const MergeConfig& config_;
   const UserStatements& statements_;
   LoopOutcomes* outcomes_;

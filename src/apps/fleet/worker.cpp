@@ -1,0 +1,50 @@
+#include "src/apps/fleet/worker.hpp"
+
+#include <exception>
+#include <stdexcept>
+#include <utility>
+
+#include "src/apps/fleet/job_text.hpp"
+#include "unimapper/wire/keyframe_codec.hpp"
+
+namespace unimapper::apps {
+
+FleetWorker::FleetWorker(std::string name, KeyframeFiles& files, std::uint64_t max_bytes,
+                         std::uint32_t threads)
+    : name_(std::move(name)),
+      files_(files),
+      worker_(
+          [this](const std::string& keyframe) {
+            const auto bytes =
+                files_.get(keyframe, [&](const std::string& n) { return source_->keyframe(n); });
+            wire::DecodedKeyframe decoded = wire::decode_keyframe(bytes);
+            if (!decoded.record)
+              throw std::runtime_error("a keyframe is damaged: " + decoded.error);
+            return std::move(*decoded.record);
+          },
+          max_bytes, threads) {}
+
+std::size_t FleetWorker::work(nats_port::JobSource& source, std::chrono::milliseconds wait) {
+  source_ = &source;
+  const auto taken = source.next_job(wait);
+  if (!taken) return 0;
+  JobAnswer answer;
+  answer.worker = name_;
+  try {
+    const merge::LoopJob job = job_from(taken->text);
+    answer.job = job.name;
+    answer.is_set_aside = taken->deliveries > nats_port::kMostDeliveries;
+    if (!answer.is_set_aside) {
+      const std::vector<merge::LoopConstraint> outcomes = worker_.answer(job);
+      for (std::size_t i = 0; i < outcomes.size(); ++i) {
+        answer.outcomes.push_back({merge::question_key(job.questions[i]), outcomes[i]});
+      }
+    }
+  } catch (const std::exception& error) {
+    answer.fault = error.what();
+  }
+  source.answer(answer_text(answer));
+  return answer.outcomes.size();
+}
+
+}  // namespace unimapper::apps

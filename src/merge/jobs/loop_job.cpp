@@ -1,0 +1,112 @@
+#include "loop_job.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <cstdio>
+#include <numeric>
+#include <set>
+#include <tuple>
+
+#include "src/core/voxel_key.hpp"
+#include "src/merge/registration/keyframe_clouds.hpp"
+#include "src/merge/sessions/keyframe_summaries.hpp"
+
+namespace unimapper::merge {
+namespace {
+
+/// Letters of a reason: none of a verification is half as long.
+constexpr std::size_t kMostReason = 200;
+
+/// The keyframe and those that join its cloud.
+void add_with_neighbours(const std::vector<SessionData>& sessions, KeyframeId k,
+                         std::set<KeyframeId>& needed) {
+  needed.insert(k);
+  for (const std::size_t i :
+       whole_neighbours(sessions[k.session].keyframes, k.keyframe, kSubmapKeyframes)) {
+    needed.insert({k.session, i});
+  }
+}
+
+bool can_be_sent(const std::vector<SessionData>& sessions, const LoopQuestion& question) {
+  const auto is_summary = [&](KeyframeId k) {
+    return sessions[k.session].keyframes[k.keyframe].is_summary;
+  };
+  return question.T_match_query.is_rigid() && !is_summary(question.query) &&
+         !is_summary(question.match);
+}
+
+}  // namespace
+
+std::string question_key(const LoopQuestion& question) {
+  const Pose& T = question.T_match_query;
+  std::uint64_t state = question.fingerprint;
+  for (const double number : T.rotation.reshaped()) {
+    state = mix_bits(state ^ std::bit_cast<std::uint64_t>(number)) + 1;
+  }
+  for (const double number : T.translation) {
+    state = mix_bits(state ^ std::bit_cast<std::uint64_t>(number)) + 1;
+  }
+  char text[33];
+  std::snprintf(text, sizeof text, "%016llx%016llx",
+                static_cast<unsigned long long>(question.fingerprint),
+                static_cast<unsigned long long>(state));
+  return text;
+}
+
+std::vector<PlacedJob> make_jobs(const std::vector<SessionData>& sessions,
+                                 std::span<const LoopQuestion> questions, const LoopJob& common,
+                                 const KeyframeNaming& name_of, std::size_t most) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < questions.size(); ++i) {
+    if (can_be_sent(sessions, questions[i])) order.push_back(i);
+  }
+  // Questions of two sessions follow each other: a worker needs few keyframes for many.
+  const auto place = [&](std::size_t i) {
+    const LoopQuestion& question = questions[i];
+    return std::tuple(question.match.session, question.query.session, question.match.keyframe,
+                      question.query.keyframe, i);
+  };
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return place(a) < place(b); });
+  std::vector<PlacedJob> jobs;
+  for (std::size_t begin = 0; begin < order.size(); begin += most) {
+    PlacedJob placed{common, {}};
+    placed.job.name += std::to_string(begin / most);
+    std::set<KeyframeId> needed;
+    for (std::size_t i = begin; i < std::min(begin + most, order.size()); ++i) {
+      const LoopQuestion& question = questions[order[i]];
+      placed.positions.push_back(order[i]);
+      placed.job.questions.push_back(question);
+      add_with_neighbours(sessions, question.query, needed);
+      add_with_neighbours(sessions, question.match, needed);
+    }
+    for (const KeyframeId k : needed) {
+      const KeyframeRecord& keyframe = sessions[k.session].keyframes[k.keyframe];
+      placed.job.keyframes.push_back({k, name_of(k), keyframe.T_odometry_keyframe, keyframe.up});
+    }
+    jobs.push_back(std::move(placed));
+  }
+  return jobs;
+}
+
+std::string fault_of(const LoopConstraint& outcome) {
+  if (!outcome.T_match_query.is_rigid()) return "its pose is no rigid transform";
+  if (!outcome.information.allFinite()) return "its information is not finite";
+  if (!outcome.information.isApprox(outcome.information.transpose(), 1e-9)) {
+    return "its information is not symmetric";
+  }
+  if (outcome.information.diagonal().minCoeff() < 0.0) return "its information is negative";
+  if (!(outcome.overlap >= 0.0 && outcome.overlap <= 1.0)) return "its overlap is no share";
+  if (outcome.decision.accepted != outcome.decision.reason.empty()) {
+    return "its reason and its decision contradict each other";
+  }
+  const std::string& reason = outcome.decision.reason;
+  const auto is_printable = [](char c) { return c >= ' ' && c <= '~'; };
+  if (reason.size() > kMostReason || !std::all_of(reason.begin(), reason.end(), is_printable)) {
+    return "its reason is no text";
+  }
+  return {};
+}
+
+}  // namespace unimapper::merge

@@ -1,0 +1,99 @@
+// Tests of jobs and answers on a board that a real server keeps.
+#include "ports/nats/job_board.hpp"
+
+#include "tests/ports/nats/server.hpp"
+
+using namespace unimapper::nats_port;
+using namespace unimapper::nats_port::nats_test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr std::chrono::milliseconds kSoon{500};
+constexpr std::chrono::milliseconds kNow{0};
+const BoardNames kNames{"1_0-5", "site"};
+
+}  // namespace
+
+TEST_CASE("a job goes to one worker, and its answer to the project that asked", "[nats]") {
+  if (!TestServer::is_installed()) return;
+  const TestServer server;
+  const auto board = open_board(server.address(), kNames);
+  const auto other = open_board(server.address(), {kNames.version, "another"});
+  const auto first = open_source(server.address(), kNames.version);
+  const auto second = open_source(server.address(), kNames.version);
+
+  CHECK_FALSE(first->next_job(kNow));
+  board->put_job("job 1");
+  const auto taken = first->next_job(kSoon);
+  REQUIRE(taken);
+  CHECK(taken->text == "job 1");
+  CHECK(taken->deliveries == 1);
+  CHECK_FALSE(second->next_job(kNow));
+  first->answer("answer 1");
+  CHECK(board->next_answer(kSoon) == std::optional<std::string>("answer 1"));
+  CHECK_FALSE(board->next_answer(kNow));
+  CHECK_FALSE(other->next_answer(kNow));
+
+  const std::vector<std::uint8_t> bytes{1, 2, 3};
+  board->put_keyframe("k-1", bytes);
+  board->put_keyframe("k-1", bytes);
+  CHECK(second->keyframe("k-1") == bytes);
+  CHECK_THROWS_AS(second->keyframe("k-2"), NatsError);
+}
+
+TEST_CASE("a job that nobody has begun is taken back, one that somebody has is not", "[nats]") {
+  if (!TestServer::is_installed()) return;
+  const TestServer server;
+  const auto board = open_board(server.address(), kNames);
+  const auto source = open_source(server.address(), kNames.version);
+  const std::uint64_t begun = board->put_job("begun");
+  const std::uint64_t last = board->put_job("last");
+  REQUIRE(source->next_job(kSoon));
+  CHECK(board->take_back(last));
+  CHECK_FALSE(board->take_back(last));
+  CHECK_FALSE(board->take_back(begun));
+  source->answer("answer");
+  CHECK_FALSE(source->next_job(kNow));
+}
+
+TEST_CASE("workers of another version get no job, and are told for whom jobs wait", "[nats]") {
+  if (!TestServer::is_installed()) return;
+  const TestServer server;
+  const auto board = open_board(server.address(), kNames);
+  const auto other = open_source(server.address(), "0_9-4");
+  board->put_job("job");
+  CHECK_FALSE(other->next_job(kNow));
+  CHECK(other->versions_wanted() == std::vector<std::string>{"1_0-5"});
+}
+
+TEST_CASE("answers outlast a merge and a server that are killed, its jobs the server alone",
+          "[nats]") {
+  if (!TestServer::is_installed()) return;
+  TestServer server;
+  {
+    const auto board = open_board(server.address(), kNames);
+    board->put_job("job 1");
+    board->put_job("job 2");
+    const auto source = open_source(server.address(), kNames.version);
+    REQUIRE(source->next_job(kSoon));
+    source->answer("answer 1");
+    server.kill();
+    CHECK_THROWS_AS(board->put_job("job 3"), NatsError);
+    CHECK_THROWS_AS(board->next_answer(kNow), NatsError);
+    CHECK_THROWS_AS(source->next_job(kNow), NatsError);
+  }
+  server.start();
+  const auto source = open_source(server.address(), kNames.version);
+  const auto again = open_board(server.address(), kNames);
+  CHECK(again->next_answer(kSoon) == std::optional<std::string>("answer 1"));
+  CHECK_FALSE(source->next_job(kNow));
+}
+
+TEST_CASE("a job that the server does not take is refused with the remedy", "[nats]") {
+  if (!TestServer::is_installed()) return;
+  const TestServer server("max_payload: 2000\n");
+  const auto board = open_board(server.address(), kNames);
+  CHECK_THROWS_WITH(board->put_job(std::string(3000, 'x')), Contains("raise max_payload"));
+  board->put_job("small");
+}
