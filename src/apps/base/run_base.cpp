@@ -24,6 +24,7 @@
 #include "src/apps/base/base_options.hpp"
 #include "src/apps/base/localisation_thread.hpp"
 #include "src/apps/base/merge_thread.hpp"
+#include "src/apps/base/metrics.hpp"
 #include "src/apps/say.hpp"
 #include "src/apps/stop_signals.hpp"
 #include "src/apps/view/map_files.hpp"
@@ -201,7 +202,8 @@ struct Page {
       : view(std::move(shown)), server(serving, view) {}
 };
 
-std::unique_ptr<Page> start_page(const BaseOptions& options, const store::KeyframeStore& kept) {
+std::unique_ptr<Page> start_page(const BaseOptions& options, const store::KeyframeStore& kept,
+                                 const LatestMetrics& metrics) {
   if (options.http.empty()) return nullptr;
   StoreViewOptions shown;
   shown.store = options.store;
@@ -209,7 +211,8 @@ std::unique_ptr<Page> start_page(const BaseOptions& options, const store::Keyfra
   shown.held = &kept.lock();
   shown.report = &say;
   auto page = std::make_unique<Page>(std::move(shown),
-                                     ViewServerOptions{options.http, make_token(), empty_page()});
+                                     ViewServerOptions{options.http, make_token(), empty_page(),
+                                                       [&metrics] { return metrics.get(); }});
   say("the map is at " + page->server.url());
   return page;
 }
@@ -286,14 +289,21 @@ void run_base(const BaseOptions& options) {
   store::KeyframeStore kept(options.store, store_options);
   StopSignals signals;
   Status status(kept);
+  LatestMetrics metrics;
+  std::unique_ptr<nats_port::Uplink> uplink;
+  std::unique_ptr<nats_port::Downlink> downlink;
   lcm_port::ListenOptions listening;
   listening.url = options.listen.empty() ? lcm_port::kNoNetwork : options.listen;
   listening.sessions_expected = options.sessions;
   listening.limits = limits_of(options);
   listening.stop = [&signals] { return signals.arrived(); };
   listening.progress = &say;
-  listening.status = [&status](const auto& sessions, const auto& counters) {
+  listening.status = [&](const auto& sessions, const auto& counters) {
     status.tell(sessions, counters);
+    BaseCounters all{counters, kept.counters(), {}, {}};
+    if (uplink != nullptr) all.uplink = uplink->counters();
+    if (downlink != nullptr) all.downlink = downlink->counters();
+    metrics.set(metrics_text(all, sessions));
   };
   std::shared_ptr<keys::BaseGuard> guard;
   if (!options.keys.empty()) {
@@ -306,9 +316,9 @@ void run_base(const BaseOptions& options) {
   }
   const std::unique_ptr<MergeThread> merges = start_merges(options, kept);
   if (merges != nullptr) listening.map_poses = [&merges] { return merges->due(); };
-  const std::unique_ptr<Page> page = start_page(options, kept);
-  const std::unique_ptr<nats_port::Uplink> uplink = start_uplink(options, kept);
-  const std::unique_ptr<nats_port::Downlink> downlink = start_downlink(options, kept);
+  const std::unique_ptr<Page> page = start_page(options, kept, metrics);
+  uplink = start_uplink(options, kept);
+  downlink = start_downlink(options, kept);
   if (downlink != nullptr) {
     listening.feed = [&downlink](wire::Receiver& receiver) { downlink->take(receiver); };
     lcm_port::listen(listening, *downlink);

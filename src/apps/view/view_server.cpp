@@ -96,6 +96,7 @@ class ViewServer::Routes {
       : options_(options), source_(source) {
     limit();
     answer_pages();
+    answer_metrics();
     answer_points();
     answer_events();
     answer_changes();
@@ -186,6 +187,14 @@ class ViewServer::Routes {
     server_.Get("/api/health", [this](const httplib::Request&, httplib::Response& response) {
       response.set_header("Cache-Control", "no-store");
       response.set_content(source_.health_json(), kJsonType);
+    });
+  }
+
+  void answer_metrics() {
+    if (!options_.metrics) return;
+    server_.Get("/metrics", [this](const httplib::Request&, httplib::Response& response) {
+      response.set_header("Cache-Control", "no-store");
+      response.set_content(options_.metrics(), "text/plain; version=0.0.4");
     });
   }
 

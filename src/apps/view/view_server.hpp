@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -14,6 +15,8 @@ struct ViewServerOptions {
   std::string address = "127.0.0.1:8080";  ///< HOST:PORT; port 0: any that is free
   std::string token;                       ///< of requests that change the map; empty: none may
   std::string page;                        ///< the page at /
+  /// Counters at /metrics, from any thread; null: none.
+  std::function<std::string()> metrics{};
 };
 
 /// Answers on threads of its own; limits in `view_server.cpp`, interface in docs/api.md.
