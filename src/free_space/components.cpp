@@ -5,7 +5,8 @@ namespace unimapper {
 void ComponentLabels::split_block(std::uint32_t b, const LabelledCells& cells,
                                   std::uint32_t blocks_left) noexcept {
   Parts& own = parts_of_[b];
-  own = {cells.low, part_count_, 0, 0, 0, false};
+  own = {part_count_, 0, 0, 0, 0, false};
+  low_[b] = cells.low;
   for (std::uint64_t left = cells.connecting; left != 0;) {
     // Every later block needs room for a part; where it grows short, what is left of a block
     // stands together.

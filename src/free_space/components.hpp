@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <utility>
 
 #include "block.hpp"
 #include "block_bits.hpp"
@@ -37,9 +38,9 @@ class ComponentLabels {
     max_parts_ = static_cast<std::uint32_t>(max_parts);
     max_with_low_ = static_cast<std::uint32_t>(max_parts + max_blocks);
     parts_of_ = memory.template allocate<Parts>(max_blocks);
+    low_ = memory.template allocate<std::uint64_t>(max_blocks);
     cells_ = memory.template allocate<std::uint64_t>(max_with_low_);
     component_ = memory.template allocate<std::uint32_t>(max_with_low_);
-    open_ = memory.template allocate<Open>(max_parts);
   }
 
   /// Labels the cells of `blocks` blocks. `cells_of(b)` gives the `LabelledCells` of block `b` and
@@ -51,13 +52,15 @@ class ComponentLabels {
 
   /// Begins to label in parts, for callers who have little time at once. `split`, `spread` and
   /// `add_low` follow, each through all `blocks` blocks.
-  void begin() noexcept { part_count_ = size_ = open_count_ = next_block_ = 0; }
+  void begin() noexcept {
+    part_count_ = size_ = next_block_ = 0;
+    open_block_ = kNone;
+  }
   /// Splits the cells of some blocks, in their order: parts are numbered in it.
   template <typename CellsOf>
   void split(Slice some, std::uint32_t blocks, const CellsOf& cells_of) noexcept;
   /// Finds components that hold any of the cells `signs_of(b)` of a block, or a low cell of them
-  /// that follows; no other cells are labelled. Looks at `most` blocks and parts; false once none
-  /// is left.
+  /// that follows; no other cells are labelled. Looks at `most` blocks; false once none is left.
   template <typename SignsOf, typename Neighbour>
   bool spread(std::uint32_t blocks, std::uint32_t most, const SignsOf& signs_of,
               const Neighbour& neighbour) noexcept;
@@ -86,16 +89,15 @@ class ComponentLabels {
   /// or low cells of one block that follow the same one. The parts of a block follow each other,
   /// and so do those of its low cells, behind all others.
   struct Parts {
-    std::uint64_t low;  ///< cells that are to follow a part
     std::uint32_t first;
-    std::uint32_t first_low;
+    std::uint32_t first_low;  ///< before there are any: the open block after this one
     std::uint8_t count;
     std::uint8_t low_count;
-    bool is_near;  ///< a part of it has a component, or one that its low cells touch
+    std::uint8_t open;  ///< parts of a component whose surroundings were not looked at, a bit each
+    bool is_near;       ///< a part of it has a component, or one that its low cells touch
   };
-  /// A part of a component whose surroundings were not looked at yet.
-  struct Open {
-    std::uint32_t part;
+  struct Part {
+    std::uint32_t number;
     std::uint32_t block;
   };
 
@@ -128,14 +130,18 @@ class ComponentLabels {
   /// all such parts of block `b` have a component.
   template <typename Neighbour>
   bool begin_component(std::uint32_t b, std::uint64_t signs, const Neighbour& neighbour) noexcept;
-  void take(Open part, std::uint32_t component) noexcept {
-    component_[part.part] = component;
-    parts_of_[part.block].is_near = true;
-    open_[open_count_++] = part;
+  void take(const Part& part, std::uint32_t component) noexcept {
+    component_[part.number] = component;
+    Parts& own = parts_of_[part.block];
+    own.is_near = true;
+    if (own.open == 0) own.first_low = std::exchange(open_block_, part.block);
+    own.open = static_cast<std::uint8_t>(own.open | 1U << (part.number - own.first));
   }
-  /// Takes the parts of other blocks that it touches into its component.
+  /// Takes the parts of other blocks that a block's open parts touch into their components.
   template <typename Neighbour>
-  void spread_from(Open part, const Neighbour& neighbour) noexcept;
+  void spread_from(std::uint32_t b, const Neighbour& neighbour) noexcept;
+  template <typename Neighbour>
+  void spread_from(const Part& part, const Neighbour& neighbour) noexcept;
   /// Calls `take(part, touched, low)` for the parts that low cells of block `b` touch, in the order
   /// in which they follow, with these cells and all that are left. It returns those that it took.
   template <typename Neighbour, typename Take>
@@ -149,14 +155,14 @@ class ComponentLabels {
 
   std::uint32_t part_count_ = 0;
   std::uint32_t size_ = 0;
-  std::uint32_t open_count_ = 0;
-  std::uint32_t next_block_ = 0;  ///< where the next component may begin
+  std::uint32_t open_block_ = kNone;  ///< the first of those with open parts
+  std::uint32_t next_block_ = 0;      ///< where the next component may begin
   std::uint32_t max_parts_ = 0;
   std::uint32_t max_with_low_ = 0;
   Parts* parts_of_ = nullptr;           ///< by block
+  std::uint64_t* low_ = nullptr;        ///< cells that are to follow a part, by block
   std::uint64_t* cells_ = nullptr;      ///< by part
   std::uint32_t* component_ = nullptr;  ///< by part, or `kNone`
-  Open* open_ = nullptr;
 };
 
 template <typename CellsOf, typename Neighbour>
@@ -180,8 +186,8 @@ template <typename SignsOf, typename Neighbour>
 bool ComponentLabels::spread(std::uint32_t blocks, std::uint32_t most, const SignsOf& signs_of,
                              const Neighbour& neighbour) noexcept {
   for (; most > 0; --most) {
-    if (open_count_ > 0) {
-      spread_from(open_[--open_count_], neighbour);
+    if (open_block_ != kNone) {
+      spread_from(std::exchange(open_block_, parts_of_[open_block_].first_low), neighbour);
     } else if (next_block_ == blocks) {
       return false;
     } else {
@@ -202,9 +208,9 @@ bool ComponentLabels::begin_component(std::uint32_t b, std::uint64_t signs,
     return true;
   }
   const std::uint32_t before = size_;
-  visit_touched(b, own.low & signs, neighbour,
-                [&](const Open& part, std::uint64_t touched, std::uint64_t low) noexcept {
-                  if (component_[part.part] != kNone) return touched;
+  visit_touched(b, low_[b] & signs, neighbour,
+                [&](const Part& part, std::uint64_t touched, std::uint64_t low) noexcept {
+                  if (component_[part.number] != kNone) return touched;
                   take(part, size_++);
                   return low;
                 });
@@ -212,9 +218,17 @@ bool ComponentLabels::begin_component(std::uint32_t b, std::uint64_t signs,
 }
 
 template <typename Neighbour>
-void ComponentLabels::spread_from(Open part, const Neighbour& neighbour) noexcept {
-  const std::uint64_t cells = cells_[part.part];
-  const std::uint32_t component = component_[part.part];
+void ComponentLabels::spread_from(std::uint32_t b, const Neighbour& neighbour) noexcept {
+  Parts& own = parts_of_[b];
+  for (std::uint32_t left = std::exchange(own.open, std::uint8_t{0}); left != 0; left &= left - 1) {
+    spread_from(Part{own.first + static_cast<std::uint32_t>(std::countr_zero(left)), b}, neighbour);
+  }
+}
+
+template <typename Neighbour>
+void ComponentLabels::spread_from(const Part& part, const Neighbour& neighbour) noexcept {
+  const std::uint64_t cells = cells_[part.number];
+  const std::uint32_t component = component_[part.number];
   for (std::size_t i = 0; i < kOffsets.size(); ++i) {
     if ((cells & kBorders[i]) == 0) continue;
     const std::uint32_t other = neighbour(part.block, kOffsets[i]);
@@ -222,7 +236,7 @@ void ComponentLabels::spread_from(Open part, const Neighbour& neighbour) noexcep
     const auto [x, y, z] = kOffsets[i];
     const std::uint64_t touched = touched_in_neighbour(cells, x, y, z);
     Parts& others = parts_of_[other];
-    if ((others.low & touched) != 0) others.is_near = true;
+    if ((low_[other] & touched) != 0) others.is_near = true;
     for (std::uint32_t q = others.first; q < others.first + others.count; ++q) {
       if (component_[q] == kNone && (cells_[q] & touched) != 0) take({q, other}, component);
     }
@@ -235,7 +249,7 @@ void ComponentLabels::visit_touched(std::uint32_t b, std::uint64_t low, const Ne
   const Parts& own = parts_of_[b];
   for (std::uint32_t p = own.first; p < own.first + own.count && low != 0; ++p) {
     const std::uint64_t touched = low & dilated(cells_[p]);
-    if (touched != 0) low &= ~take(Open{p, b}, touched, low);
+    if (touched != 0) low &= ~take(Part{p, b}, touched, low);
   }
   for (std::size_t i = 0; i < kOffsets.size() && low != 0; ++i) {
     if ((low & kBorders[i]) == 0) continue;
@@ -245,7 +259,7 @@ void ComponentLabels::visit_touched(std::uint32_t b, std::uint64_t low, const Ne
     const Parts& others = parts_of_[other];
     for (std::uint32_t p = others.first; p < others.first + others.count && low != 0; ++p) {
       const std::uint64_t touched = low & touched_in_neighbour(cells_[p], -x, -y, -z);
-      if (touched != 0) low &= ~take(Open{p, other}, touched, low);
+      if (touched != 0) low &= ~take(Part{p, other}, touched, low);
     }
   }
 }
@@ -254,7 +268,7 @@ template <typename Neighbour>
 void ComponentLabels::add_low(Slice some, std::uint32_t blocks,
                               const Neighbour& neighbour) noexcept {
   for (std::uint32_t b = some.first; b < some.end; ++b) {
-    if (parts_of_[b].is_near && parts_of_[b].low != 0) add_low_cells(b, neighbour, blocks - b);
+    if (parts_of_[b].is_near && low_[b] != 0) add_low_cells(b, neighbour, blocks - b);
   }
 }
 
@@ -264,14 +278,14 @@ void ComponentLabels::add_low_cells(std::uint32_t b, const Neighbour& neighbour,
   Parts& own = parts_of_[b];
   own.first_low = part_count_;
   own.low_count = 0;
-  visit_touched(b, own.low, neighbour,
-                [&](const Open& part, std::uint64_t touched, std::uint64_t low) noexcept {
-                  if (component_[part.part] == kNone) return touched;
+  visit_touched(b, low_[b], neighbour,
+                [&](const Part& part, std::uint64_t touched, std::uint64_t low) noexcept {
+                  if (component_[part.number] == kNone) return touched;
                   // As in `split_block`.
                   const std::uint64_t following =
                       is_short(max_with_low_, blocks_left) ? low : touched;
                   cells_[part_count_] = following;
-                  component_[part_count_++] = component_[part.part];
+                  component_[part_count_++] = component_[part.number];
                   ++own.low_count;
                   return following;
                 });
