@@ -90,6 +90,9 @@ Json describe(const InspectOptions& options, const datasets::Dataset& dataset,
                        {"mistake", a.mistake},
                        {"mistake_undone", rounded(a.mistaken)},
                        {"ring_gain", rounded(a.ring_gain)}};
+  json["odometry"] = {{"steps_compared", found.steps.steps_told},
+                      {"pairs", found.steps.compared},
+                      {"contradicted", found.steps.contradicted}};
   const auto& c = found.calibration;
   const auto estimate = [](const input::Estimate& e) {
     return Json::array({rounded(e.value), rounded(e.sigma)});

@@ -19,28 +19,25 @@ constexpr std::size_t kPortions = 8;  // of a cloud, each spread over it
 constexpr float kNearest_m = 1.0F;    // nearer is the robot itself
 
 /// Small clouds: neighbouring scans overlap widely.
-merge::RegistrationConfig config(std::size_t max_points) {
+merge::RegistrationConfig config(std::size_t max_points, float leaf_m) {
   merge::RegistrationConfig config;
-  config.leaf_m = 0.3F;
+  config.leaf_m = leaf_m;
   config.max_points = static_cast<std::uint32_t>(max_points);
   config.max_source_points = 700;
   config.max_iterations = 16;
   return config;
 }
 
-/// Points spread over the scan whatever its order: a stride may meet one ring alone.
-bool is_drawn(std::uint64_t index, std::uint64_t of_1024) {
-  return ((index * 0x9E3779B97F4A7C15U) >> 54U) < of_1024;
-}
-
-/// About `kDrawn` times as many as are kept.
+/// `kDrawn` times as many as are kept, spread over the scan whatever its order: one anywhere in
+/// each of as many parts, since a stride may meet one ring alone.
 std::vector<Eigen::Vector3f> points_of(const datasets::Scan& scan, std::size_t kept) {
-  const std::size_t wanted = kDrawn * kept;
-  const std::size_t of_1024 = 1024 * wanted / std::max(scan.points.size(), wanted);
+  const std::size_t size = scan.points.size();
+  const std::size_t drawn = std::min(size, kDrawn * kept);
   std::vector<Eigen::Vector3f> points;
-  points.reserve(std::min(scan.points.size(), wanted + wanted / 4));
-  for (std::size_t i = 0; i < scan.points.size(); ++i) {
-    if (!is_drawn(i, of_1024)) continue;
+  points.reserve(drawn);
+  for (std::uint64_t n = 0; n < drawn; ++n) {
+    const std::uint64_t of_1024 = size == drawn ? 0 : (n * 0x9E3779B97F4A7C15U) >> 54U;
+    const std::size_t i = (1024 * n + of_1024) * size / (1024 * drawn);
     const Eigen::Vector3f p(scan.points[i].x, scan.points[i].y, scan.points[i].z);
     if (p.allFinite() && p.squaredNorm() > kNearest_m * kNearest_m) points.push_back(p);
   }
@@ -58,11 +55,23 @@ Eigen::Vector3f normal_of(const merge::RegistrationCloud& cloud, std::size_t i) 
   return across.col(axis).normalized();
 }
 
+/// Whether so many points of surfaces, by direction, are as good as all.
+bool is_enough(const std::array<std::size_t, 3>& facing) {
+  std::size_t kept = 0;
+  for (const std::size_t count : facing) kept += std::min(count, kMostSurfacePoints / 3);
+  return 3 * kept >= 2 * kMostSurfacePoints;
+}
+
 }  // namespace
 
-ScanShape::ScanShape(const datasets::Scan& scan, std::size_t max_points)
-    : cloud_(points_of(scan, max_points), {}, config(max_points),
+ScanShape::ScanShape(const datasets::Scan& scan, std::size_t max_points, float leaf_m)
+    : cloud_(points_of(scan, max_points), {}, config(max_points, leaf_m),
              merge::RegistrationCloud::Covariances::kWhenAsked) {}
+
+float ScanShape::next_leaf_m() const {
+  constexpr float kFiner = 1.3F;  // a step of the thinning
+  return std::max(kLeaf_m, cloud_.leaf_m() / kFiner);
+}
 
 std::optional<std::size_t> ScanShape::facing(std::size_t point) const {
   const Eigen::Vector3f normal = normal_of(cloud_, point);
@@ -75,11 +84,13 @@ std::optional<std::size_t> ScanShape::facing(std::size_t point) const {
 const ScanShape::Surfaces& ScanShape::surfaces() const {
   if (surfaces_) return *surfaces_;
   Surfaces& found = surfaces_.emplace();
-  for (std::size_t k = 0; k < cloud_.size(); ++k) {
-    const auto axis = facing(k);
-    if (!axis) continue;
-    found.points.push_back({cloud_.points()[k], *axis});
-    ++found.facing[*axis];
+  for (std::size_t part = 0; part < kPortions && !is_enough(found.facing); ++part) {
+    for (std::size_t k = part; k < cloud_.size(); k += kPortions) {
+      const auto axis = facing(k);
+      if (!axis) continue;
+      found.points.push_back({cloud_.points()[k], *axis});
+      ++found.facing[*axis];
+    }
   }
   // Directions that are seen much of are thinned, none is left out.
   std::array<std::size_t, 3> stride{};
@@ -125,26 +136,30 @@ ScanPair::ScanPair(std::size_t i, std::shared_ptr<const ScanShape> first, std::s
 
 bool ScanPair::is_informative() const { return first_->shows_walls() && second_->shows_walls(); }
 
+bool ScanPair::is_on_surface(const Eigen::Vector3f& point, const Eigen::Matrix3f& rotation,
+                             const Eigen::Vector3f& translation) const {
+  constexpr float kReach_m = 2.0F;
+  constexpr float kOnSurface_m = 0.12F;
+  constexpr float kPerMetre = 0.003F;  // of range
+  const Eigen::Vector3f p = rotation * point + translation;
+  float squared = kReach_m * kReach_m;
+  const std::uint32_t nearest = first_->cloud_.nearest(p, squared);
+  if (nearest == merge::RegistrationCloud::kNone) return false;
+  const Eigen::Vector3f normal = normal_of(first_->cloud_, nearest);
+  const float across_m = normal.isZero()
+                             ? std::sqrt(squared)
+                             : std::fabs(normal.dot(p - first_->cloud_.points()[nearest]));
+  return across_m < kOnSurface_m + kPerMetre * point.norm();
+}
+
 double ScanPair::agreement(const Pose& T_first_second) const {
   if (!T_first_second.is_finite()) return 0.0;
   const Eigen::Matrix3f r = T_first_second.rotation.cast<float>();
   const Eigen::Vector3f t = T_first_second.translation.cast<float>();
-  constexpr float kReach_m = 2.0F;
-  constexpr float kOnSurface_m = 0.12F;
-  constexpr float kPerMetre = 0.003F;  // of range
   const ScanShape::Surfaces& surfaces = second_->surfaces();
   std::array<std::size_t, 3> on_surface{};
   for (const ScanShape::SurfacePoint& point : surfaces.points) {
-    const Eigen::Vector3f p = r * point.position + t;
-    float squared = kReach_m * kReach_m;
-    const std::uint32_t nearest = first_->cloud_.nearest(p, squared);
-    if (nearest == merge::RegistrationCloud::kNone) continue;
-    const Eigen::Vector3f normal = normal_of(first_->cloud_, nearest);
-    const float across_m = normal.isZero()
-                               ? std::sqrt(squared)
-                               : std::fabs(normal.dot(p - first_->cloud_.points()[nearest]));
-    const float allowed_m = kOnSurface_m + kPerMetre * point.position.norm();
-    if (across_m < allowed_m) ++on_surface[point.facing];
+    if (is_on_surface(point.position, r, t)) ++on_surface[point.facing];
   }
   double sum = 0.0;
   int directions = 0;
@@ -156,9 +171,39 @@ double ScanPair::agreement(const Pose& T_first_second) const {
   return directions == 0 ? 0.0 : sum / directions;
 }
 
+std::optional<double> ScanPair::agreement_beyond(double least, const Pose& T_first_second) const {
+  constexpr double kSurely = 1.0;  // standard deviations
+  if (!T_first_second.is_finite()) return std::nullopt;
+  const Eigen::Matrix3f r = T_first_second.rotation.cast<float>();
+  const Eigen::Vector3f t = T_first_second.translation.cast<float>();
+  const merge::RegistrationCloud& cloud = second_->cloud_;
+  std::array<double, 3> facing{};
+  std::array<double, 3> on_surface{};
+  for (std::size_t part = 0; 2 * part < kPortions; ++part) {
+    for (std::size_t k = part; k < cloud.size(); k += kPortions) {
+      const auto axis = second_->facing(k);
+      if (!axis) continue;
+      facing[*axis] += 1.0;
+      on_surface[*axis] += is_on_surface(cloud.points()[k], r, t) ? 1.0 : 0.0;
+    }
+    double sum = 0.0;
+    double variance = 0.0;
+    double directions = 0.0;
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (facing[a] * kPortions < kFewestFacing * static_cast<double>(part + 1)) continue;
+      const double share = (on_surface[a] + 1.0) / (facing[a] + 2.0);
+      sum += on_surface[a] / facing[a];
+      variance += share * (1.0 - share) / facing[a];
+      directions += 1.0;
+    }
+    if (sum - kSurely * std::sqrt(variance) > least * directions) return sum / directions;
+  }
+  return std::nullopt;
+}
+
 merge::RegistrationResult ScanPair::registration(const Pose& start) const {
   return merge::register_clouds(first_->cloud_, second_->cloud_, start,
-                                config(first_->cloud_.size()));
+                                config(first_->cloud_.size(), first_->cloud_.leaf_m()));
 }
 
 Pose ScanPair::registered(const Pose& start) const {

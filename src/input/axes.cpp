@@ -101,19 +101,19 @@ DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
   for (std::size_t k = 0; k < scans.size(); ++k) {
     const std::size_t i = indices[k];
     const Eigen::Matrix3d R_world_sensor = track.pose(i).rotation;
-    const Pose T_sensor_world = track.pose(i).inverse();
+    const Eigen::Vector3d sensor = track.pose(i).translation;
     std::vector<Metre> path;
     for (std::size_t j = i - std::min(i, kBefore); j < std::min(track.size, i + kAfter); ++j) {
-      const Eigen::Vector3d p = T_sensor_world * track.pose(j).translation;
+      const Eigen::Vector3d p = track.pose(j).translation - sensor;
       if (!p.allFinite() || p.norm() > kSight_m || p.norm() * fall < kInSight_m) continue;
       if (path.empty() || (p - path.back().centre).norm() >= 1.0) path.push_back({p});
     }
     const std::size_t stride = 1 + scans[k]->points.size() / kPerScan;
     for (std::size_t n = 0; n < scans[k]->points.size(); n += stride) {
       const auto& point = scans[k]->points[n];
+      const Eigen::Vector3d p = R_world_sensor * Eigen::Vector3d(point.x, point.y, point.z);
       for (Metre& metre : path) {
-        const Eigen::Vector3d off =
-            R_world_sensor * (Eigen::Vector3d(point.x, point.y, point.z) - metre.centre);
+        const Eigen::Vector3d off = p - metre.centre;
         if (!(off.head<2>().squaredNorm() < 0.25)) continue;
         metre.below += off.z() <= -kLowest_m && off.z() >= -kHighest_m ? 1 : 0;
         metre.above += off.z() >= kNearAbove_m && off.z() <= kFarAbove_m ? 1 : 0;

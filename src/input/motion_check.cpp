@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "src/core/quantile.hpp"
 #include "src/input/text.hpp"
@@ -188,73 +190,81 @@ double measure_ring_loss(std::span<const datasets::Scan* const> scans) {
   return usual > 0.0 ? peakedness(*scans.front()) / usual : 0.0;
 }
 
-namespace {
-
-void count_disjoint_pairs(const std::vector<double>& best, const std::vector<PairIndex>& pairs,
-                          AgreementFigures& figures) {
-  constexpr double kHalf = 0.5;
-  std::vector<double> ordered = best;
-  const double usual = median(std::span(ordered));
-  for (const double one : best) figures.disjoint_pairs += one < kHalf * usual ? 1 : 0;
-  const auto least = std::min_element(best.begin(), best.end());
-  figures.least_agreeing = pairs[static_cast<std::size_t>(least - best.begin())];
-  figures.least_of_usual = usual > 0.0 ? *least / usual : 0.0;
+void AgreementMeans::add(const PairIndex& pair, const Pose& given, const Pose& registered,
+                         const Agreements& agreements) {
+  ++figures_.pairs;
+  pairs_.push_back(pair);
+  given_m_.push_back(given.translation.norm());
+  registered_sum_m_ += registered.translation.norm();
+  const Pose correction = given.inverse() * registered;
+  corrections_m_.push_back(correction.translation.norm());
+  corrections_deg_.push_back(rotation_angle(correction.rotation) * kDegreesPerRadian);
+  const double most = std::max(agreements.given, agreements.registered);
+  figures_.given += agreements.given;
+  figures_.registered += most;
+  figures_.identity += agreements.identity;
+  best_.push_back(std::max(most, agreements.identity));
 }
 
-}  // namespace
+void AgreementMeans::count_disjoint_pairs() {
+  constexpr double kHalf = 0.5;
+  std::vector<double> ordered = best_;
+  const double usual = median(std::span(ordered));
+  for (const double one : best_) figures_.disjoint_pairs += one < kHalf * usual ? 1 : 0;
+  const auto least = std::min_element(best_.begin(), best_.end());
+  const auto at = static_cast<std::size_t>(least - best_.begin());
+  figures_.least_agreeing = pairs_[at];
+  figures_.least_agreeing_m = given_m_[at];
+  figures_.least_of_usual = usual > 0.0 ? *least / usual : 0.0;
+}
+
+AgreementFigures AgreementMeans::figures() && {
+  if (figures_.pairs == 0) return figures_;
+  count_disjoint_pairs();
+  const auto count = static_cast<double>(figures_.pairs);
+  figures_.given /= count;
+  figures_.registered /= count;
+  figures_.identity /= count;
+  const double given_sum_m = std::accumulate(given_m_.begin(), given_m_.end(), 0.0);
+  if (registered_sum_m_ > 0.0) figures_.length_ratio = given_sum_m / registered_sum_m_;
+  figures_.given_motion_m = median(std::span(given_m_));
+  figures_.correction_m = median(std::span(corrections_m_));
+  figures_.correction_deg = median(std::span(corrections_deg_));
+  return figures_;
+}
 
 AgreementFigures measure_agreement(std::span<const ScanPair> pairs, const Track& track,
                                    const std::vector<PoseMistake>& mistakes) {
-  AgreementFigures figures;
-  std::vector<double> corrections_m;
-  std::vector<double> corrections_deg;
-  std::vector<double> given_m;
-  std::vector<double> best;
-  std::vector<PairIndex> compared;
-  double given_sum_m = 0.0;
-  double found_sum_m = 0.0;
+  AgreementMeans means;
+  double drift_m = 0.0;
+  double displacement_m = 0.0;
   for (const ScanPair& pair : pairs) {
-    figures.drift_m =
-        std::max(figures.drift_m,
-                 (pair.first_shape().middle() - pairs.front().first_shape().middle()).norm());
+    drift_m = std::max(drift_m,
+                       (pair.first_shape().middle() - pairs.front().first_shape().middle()).norm());
     const Pose moved = relative(track, pairs.front().first(), pair.first());
-    figures.displacement_m = std::max(figures.displacement_m, moved.translation.norm());
+    displacement_m = std::max(displacement_m, moved.translation.norm());
     if (!pair.is_informative()) continue;
-    ++figures.pairs;
     const Pose given = relative(track, pair.first(), pair.second());
-    const double agrees = pair.agreement(given);
-    const Pose from_given = pair.registered(given);
-    const Pose from_identity = pair.registered(Pose());
-    const double agrees_from_given = pair.agreement(from_given);
-    const double agrees_from_identity = pair.agreement(from_identity);
-    const bool given_leads = agrees_from_given >= agrees_from_identity;
-    given_m.push_back(given.translation.norm());
-    given_sum_m += given_m.back();
-    found_sum_m += (given_leads ? from_given : from_identity).translation.norm();
-    const Pose correction = given.inverse() * (given_leads ? from_given : from_identity);
-    corrections_m.push_back(correction.translation.norm());
-    corrections_deg.push_back(rotation_angle(correction.rotation) * kDegreesPerRadian);
-    figures.given += agrees;
-    const double unmoved = pair.agreement(Pose());
-    figures.registered += std::max({agrees, agrees_from_given, agrees_from_identity});
-    figures.identity += unmoved;
-    best.push_back(std::max({agrees, agrees_from_given, agrees_from_identity, unmoved}));
-    compared.push_back({pair.first(), pair.second()});
+    Pose registered = pair.registered(given);
+    Agreements agreements{pair.agreement(given), pair.agreement(registered),
+                          pair.agreement(Pose())};
+    // Starts next to each other lead to one motion.
+    constexpr double kNear_m = 0.3;
+    constexpr double kNear_rad = 3.0 / kDegreesPerRadian;
+    if (given.translation.norm() > kNear_m || rotation_angle(given.rotation) > kNear_rad) {
+      const Pose other = pair.registered(Pose());
+      const double agrees = pair.agreement(other);
+      if (agrees > agreements.registered) {
+        registered = other;
+        agreements.registered = agrees;
+      }
+    }
+    means.add({pair.first(), pair.second()}, given, registered, agreements);
   }
-  if (figures.pairs == 0) return figures;
-  count_disjoint_pairs(best, compared, figures);
-  figures.least_agreeing_m =
-      relative(track, figures.least_agreeing.first, figures.least_agreeing.second)
-          .translation.norm();
-  const auto count = static_cast<double>(figures.pairs);
-  figures.given /= count;
-  figures.registered /= count;
-  figures.identity /= count;
-  if (found_sum_m > 0.0) figures.length_ratio = given_sum_m / found_sum_m;
-  figures.given_motion_m = median(std::span(given_m));
-  figures.correction_m = median(std::span(corrections_m));
-  figures.correction_deg = median(std::span(corrections_deg));
-  if (figures.given < figures.registered - kTryMistakes) {
+  AgreementFigures figures = std::move(means).figures();
+  figures.drift_m = drift_m;
+  figures.displacement_m = displacement_m;
+  if (figures.pairs > 0 && figures.given < figures.registered - kTryMistakes) {
     try_mistakes(pairs, mistakes, figures);
   }
   return figures;

@@ -55,6 +55,33 @@ struct AgreementFigures {
   bool is_by_pose = true;
 };
 
+/// How well a pair agrees under motions.
+struct Agreements {
+  double given = 0.0;
+  double registered = 0.0;
+  double identity = 0.0;  ///< without any
+};
+
+/// Collects the figures of pairs, all but those of whole tracks and of mistakes.
+class AgreementMeans {
+ public:
+  /// A pair that says something, with its given motion and the one that a registration finds.
+  void add(const PairIndex& pair, const Pose& given, const Pose& registered,
+           const Agreements& agreements);
+  [[nodiscard]] AgreementFigures figures() &&;
+
+ private:
+  void count_disjoint_pairs();
+
+  AgreementFigures figures_;  ///< sums
+  std::vector<PairIndex> pairs_;
+  std::vector<double> best_;
+  std::vector<double> given_m_;
+  std::vector<double> corrections_m_;
+  std::vector<double> corrections_deg_;
+  double registered_sum_m_ = 0.0;
+};
+
 /// Compares pairs. Known mistakes are tried only where the given motion does not agree.
 [[nodiscard]] AgreementFigures measure_agreement(std::span<const ScanPair> pairs,
                                                  const Track& track,

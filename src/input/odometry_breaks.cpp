@@ -28,6 +28,7 @@ constexpr std::size_t kUsualPairs = 15;
 constexpr std::size_t kFewestUsual = 4;
 // Agreement, against that of the given motion.
 constexpr double kBetter = 0.1;
+constexpr double kOddBetter = 0.07;     // of a step that is unusual by itself, without noise
 constexpr double kLittleBetter = 0.04;  // twice in a row
 constexpr double kAsWell = 0.03;
 // Smallest over largest eigenvalue of the translation's information: tunnels have no more.
@@ -41,6 +42,7 @@ bool is_off(const Pose& correction, double off_deg) {
 
 /// What two scans say of the motion between them.
 struct Step {
+  bool is_told = false;  ///< they show walls, and are not within a cabin
   bool is_contradicted = false;
   bool is_elsewhere = false;
   bool is_doubtful = false;  ///< contradicted if the step before it is doubtful, too
@@ -135,7 +137,9 @@ class BreakSearch {
     View& known = views_[i];
     if (known.shape == nullptr) {
       read_(i, scan_);
-      known = {std::make_shared<ScanShape>(scan_, kPoints), is_shut_in(scan_)};
+      const auto shape = std::make_shared<ScanShape>(scan_, kPoints, leaf_m_);
+      leaf_m_ = shape->next_leaf_m();
+      known = {shape, is_shut_in(scan_)};
     }
     return known;
   }
@@ -176,13 +180,24 @@ class BreakSearch {
     const View& to = view(j);
     const ScanPair pair(i, from.shape, j, to.shape);
     Step step;
-    if (!pair.is_informative() || is_within_cabin(i, j)) return step;
+    step.is_told = pair.is_informative() && !is_within_cabin(i, j);
+    if (!step.is_told) return step;
     const bool is_door = from.is_shut_in != to.is_shut_in;
     const Pose given = motion(i, j);
     take_usual_of(is_standing(given));
-    const double agrees = pair.agreement(given);
     const double usually = usual_.empty() ? 1.0 : median_of_usual();
-    if (!registers && usual_.size() >= kFewestUsual && agrees >= kWell * usually) {
+    // Neighbours agree better than usual, even a metre off: a step that is unusual by itself is
+    // always registered.
+    const bool is_odd = j == i + 1 && differs_from_those_beside(j, off_deg_);
+    const bool suffices = !registers && !is_odd && usual_.size() >= kFewestUsual;
+    if (suffices) {
+      if (const auto agrees = pair.agreement_beyond(kWell * usually, given)) {
+        remember(*agrees);
+        return step;
+      }
+    }
+    const double agrees = pair.agreement(given);
+    if (suffices && agrees >= kWell * usually) {
       remember(agrees);
       return step;
     }
@@ -197,10 +212,14 @@ class BreakSearch {
       best = agreement;
       shown = found.T_target_source;
       condition = found.condition;
+      // Near to the given motion, and as well as usual: other starts would show no other one.
+      const bool is_near = !is_off(given.inverse() * shown, off_deg_);
+      if (suffices && is_near && best >= kWell * usually) break;
     }
     if (usual_.size() >= kFewestUsual && best < kElsewhere * usually) {
       // A door that opens shows another place, too, and so does a way without poses.
-      return is_door || goes_on(i, j) ? Step() : Step{true, true, false, Pose()};
+      step.is_contradicted = step.is_elsewhere = !is_door && !goes_on(i, j);
+      return step;
     }
     remember(best);
     step.correction = given.inverse() * shown;
@@ -211,7 +230,9 @@ class BreakSearch {
     const bool is_known = (!is_unmoved && !slides) || is_beyond_reach(i, j);
     step.is_doubtful =
         best >= agrees + kLittleBetter && is_off(step.correction, off_deg_) && is_known;
-    step.is_contradicted = step.is_doubtful && best >= agrees + kBetter;
+    const bool is_quiet = off_deg_ <= kOff_deg;
+    const double better = is_odd && is_quiet ? kOddBetter : kBetter;
+    step.is_contradicted = step.is_doubtful && best >= agrees + better;
     return step;
   }
 
@@ -263,6 +284,7 @@ class BreakSearch {
   void check(std::size_t i, std::size_t j) {
     ++found_.compared;
     const Step whole = compare(i, j, doubtful_in_a_row_ > 0);
+    if (whole.is_told) found_.steps_told += j - i;
     if (whole.is_contradicted && add_single_steps(i, j, whole)) {
       ++found_.contradicted;
       doubtful_in_a_row_ = 0;
@@ -353,6 +375,7 @@ class BreakSearch {
   double off_deg_ = kOff_deg;  ///< from which a motion is another one
   datasets::Scan scan_;
   std::map<std::size_t, View> views_;
+  float leaf_m_ = ScanShape::kLeaf_m;  ///< of the next view
   std::vector<double> usual_;          ///< agreement of the last pairs
   std::vector<double> usual_driving_;  ///< before the robot stood
   bool stands_ = false;

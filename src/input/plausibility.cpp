@@ -56,6 +56,7 @@ struct Calibrated {
 
 /// What motions say of mount, clock and poses.
 struct MotionEvidence {
+  AgreementFigures agreement;
   Calibration calibration;
   MotionMistake mistake;
   std::optional<ClockStep> clock_step;
@@ -67,12 +68,11 @@ std::optional<MotionEvidence> quick_evidence(const Track& track,
                                              const datasets::Dataset& dataset) {
   // Differences of logarithms that all of the motions would double, far less than is said.
   constexpr double kHint = 1.5;
-  const std::vector<RegisteredMotion> motions = register_motions(
-      track, [](std::size_t, std::size_t) { return false; },
-      [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); }, 2);
+  const auto [motions, agreement, pairs] = register_some_motions(
+      track, [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); });
   constexpr std::size_t kFewest = 10;  // what a clock that steps shows in
-  if (motions.size() < kFewest) return std::nullopt;
-  MotionEvidence evidence{calibrate(track, motions), {}, {}};
+  if (motions.size() < kFewest || !is_surely_right(agreement, pairs)) return std::nullopt;
+  MotionEvidence evidence{agreement, calibrate(track, motions), {}, {}};
   const Calibration& found = evidence.calibration;
   if (!found.is_surely_right() || find_clock_step(track, motions, kHint) ||
       !find_motion_mistake(track, motions, mistakes, found, kHint).names.empty()) {
@@ -112,15 +112,13 @@ Calibrated calibration_beside(std::vector<OdometryBreak> breaks, const Track& tr
   return rest.motions > 0 && contradicts ? without_slips : with_slips;
 }
 
-/// What motions beside the breaks say; half of them where that suffices.
-MotionEvidence evidence_beside(const std::vector<OdometryBreak>& breaks, const Track& track,
+/// What motions beside the breaks say.
+MotionEvidence evidence_beside(const std::vector<OdometryBreak>& breaks,
+                               const AgreementFigures& agreement, const Track& track,
                                const std::vector<PoseMistake>& mistakes,
                                const datasets::Dataset& dataset) {
-  if (breaks.empty()) {
-    if (const auto quick = quick_evidence(track, mistakes, dataset)) return *quick;
-  }
   const auto [motions, found] = calibration_beside(breaks, track, dataset);
-  return {found, find_motion_mistake(track, motions, mistakes, found),
+  return {agreement, found, find_motion_mistake(track, motions, mistakes, found),
           find_clock_step(track, motions)};
 }
 
@@ -249,10 +247,16 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
     };
     const auto name = [&](std::size_t i) { return dataset.scan_name(i); };
     const std::vector<PoseMistake> mistakes = known_mistakes(track, name);
-    const std::vector<ScanPair> quick = pairs_of(kFewPoints);
-    result.agreement = measure_agreement(quick, track, mistakes);
-    if (!is_surely_right(result.agreement, quick.size())) {
-      result.agreement = measure_agreement(pairs_of(kManyPoints), track, mistakes);
+    std::optional<MotionEvidence> evidence;
+    if (!breaks) evidence = quick_evidence(track, mistakes, dataset);
+    if (evidence) {
+      result.agreement = evidence->agreement;
+    } else {
+      const std::vector<ScanPair> quick = pairs_of(kFewPoints);
+      result.agreement = measure_agreement(quick, track, mistakes);
+      if (!is_surely_right(result.agreement, quick.size())) {
+        result.agreement = measure_agreement(pairs_of(kManyPoints), track, mistakes);
+      }
     }
     if (result.agreement.identity > result.agreement.given) {
       std::vector<Pose> poses;
@@ -266,11 +270,13 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
       from_start.insert(from_start.end(), first.begin(), first.end());
       result.agreement.ring_loss = measure_ring_loss(from_start);
     }
-    const MotionEvidence evidence = evidence_beside(
-        breaks ? result.steps.breaks : std::vector<OdometryBreak>(), track, mistakes, dataset);
-    result.calibration = evidence.calibration;
-    result.mistake = evidence.mistake;
-    result.clock_step = evidence.clock_step;
+    if (!evidence) {
+      evidence = evidence_beside(breaks ? result.steps.breaks : std::vector<OdometryBreak>(),
+                                 result.agreement, track, mistakes, dataset);
+    }
+    result.calibration = evidence->calibration;
+    result.mistake = evidence->mistake;
+    result.clock_step = evidence->clock_step;
     Estimate& delay_s = result.calibration.delay_s;
     if (result.calibration.sure_delay_s() != 0.0) {
       leave_out_unseen_delay(delay_s,

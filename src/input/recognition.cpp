@@ -59,17 +59,19 @@ std::vector<std::uint32_t> slots_for(std::size_t points) {
   return std::vector<std::uint32_t>(std::bit_ceil(2 * points + 2));
 }
 
-/// Whether a place holds more than one point; of large scans, some of the places are looked at.
+/// Whether a place may hold more than one point; of large scans, some of the places are looked at.
 bool has_copies(const datasets::Scan& scan) {
   constexpr std::size_t kLarge = 10'000;
   constexpr std::uint32_t kParts = 8;
   const std::uint32_t parts = scan.points.size() < kLarge ? 1 : kParts;
-  std::vector<std::uint32_t> slots = slots_for(scan.points.size());
+  std::vector<std::uint32_t> slots =
+      slots_for(parts == 1 ? scan.points.size() : 2 * scan.points.size() / parts);
+  std::size_t held = 0;
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     const Place place(scan.points[i]);
     if (place.part(parts) != 0 || !is_return(scan.points[i])) continue;
     std::uint32_t& slot = slot_of(place, scan.points, slots);
-    if (slot != 0) return true;
+    if (slot != 0 || 2 * ++held >= slots.size()) return true;
     slot = static_cast<std::uint32_t>(i + 1);
   }
   return false;
@@ -116,29 +118,38 @@ SensorFigures measure_sensor(std::span<const datasets::Scan> scans,
   std::vector<float> ranges;
   std::vector<float> elevations;
   std::vector<bool> rings(std::size_t{1} << 16U);
-  datasets::Scan fullest;
+  const datasets::Scan* fullest = nullptr;
   std::size_t with_copies = 0;
   std::size_t each_once = 0;
   for (const datasets::Scan& recorded : scans) {
-    datasets::Scan scan = without_copies(recorded, with_copies);
-    each_once += scan.points.size();
     figures.recorded_points = std::max(figures.recorded_points, recorded.points.size());
-    std::size_t finite = 0;
+    datasets::Scan once;
+    const bool copies = has_copies(recorded);
+    if (copies) once = without_copies(recorded, with_copies);
+    const datasets::Scan& scan = copies ? once : recorded;
+    const bool has_rings = scan.ring.size() == scan.points.size();
     const std::size_t stride = 1 + scan.points.size() / 8000;
+    std::size_t returns = 0;
+    std::size_t finite = 0;
     for (std::size_t i = 0; i < scan.points.size(); ++i) {
+      if (!is_return(scan.points[i])) continue;
+      if (has_rings) rings[scan.ring[i]] = true;
+      const std::size_t number = returns++;
       const Eigen::Vector3f p(scan.points[i].x, scan.points[i].y, scan.points[i].z);
-      const float range_m = p.norm();
-      if (!std::isfinite(range_m) || range_m < 0.1F) continue;
+      constexpr float kNearest_m = 0.1F;
+      const float squared_m2 = p.squaredNorm();
+      if (!std::isfinite(squared_m2) || squared_m2 < kNearest_m * kNearest_m) continue;
       ++finite;
-      if (i % stride != 0) continue;
-      ranges.push_back(range_m);
-      elevations.push_back(std::asin(std::clamp(p.z() / range_m, -1.0F, 1.0F)) *
+      if (number % stride != 0) continue;
+      ranges.push_back(std::sqrt(squared_m2));
+      elevations.push_back(std::asin(std::clamp(p.z() / ranges.back(), -1.0F, 1.0F)) *
                            static_cast<float>(kDegreesPerRadian));
     }
-    for (const std::uint16_t ring : scan.ring) rings[ring] = true;
+    each_once += returns;
+    with_copies += copies ? 0 : returns;
     if (finite > figures.points) {
       figures.points = finite;
-      fullest = std::move(scan);
+      fullest = &recorded;
     }
   }
   if (figures.points == 0) return figures;
@@ -147,7 +158,7 @@ SensorFigures measure_sensor(std::span<const datasets::Scan> scans,
   figures.farthest_m = static_cast<double>(quantile(std::span(ranges), 0.999));
   figures.lowest_deg = static_cast<double>(quantile(std::span(elevations), 0.005));
   figures.highest_deg = static_cast<double>(quantile(std::span(elevations), 0.995));
-  take_sampling(fullest, figures);
+  take_sampling(without_copies(*fullest, with_copies), figures);
   return figures;
 }
 

@@ -79,17 +79,18 @@ class PairChoice {
   const Track& track_;
 };
 
-}  // namespace
-
-std::vector<RegisteredMotion> register_motions(
-    const Track& track, const std::function<bool(std::size_t, std::size_t)>& skips,
-    const std::function<void(std::size_t, datasets::Scan&)>& read, std::size_t every) {
+QuickMotions register_parts(const Track& track,
+                            const std::function<bool(std::size_t, std::size_t)>& skips,
+                            const std::function<void(std::size_t, datasets::Scan&)>& read,
+                            std::size_t every) {
   constexpr double kInTunnel = 0.03;    // condition; tunnels have no more
   constexpr double kUnmoved = 0.05;     // agreement; rings of a sparse sensor
   constexpr double kAgreesWell = 0.85;  // agreement, against the median
   constexpr double kStands_m = 0.3;
   constexpr double kStands_deg = 2.0;
-  std::vector<RegisteredMotion> motions;
+  QuickMotions result;
+  std::vector<RegisteredMotion>& motions = result.motions;
+  AgreementMeans means;
   std::vector<double> agreements;
   datasets::Scan scan;
   // Pairs share scans in short recordings; they are in the order of their first one.
@@ -105,6 +106,7 @@ std::vector<RegisteredMotion> register_motions(
     const Pose given = track.pose(i).inverse() * track.pose(j);
     if (skips(i, j) || !given.is_finite()) continue;
     if (given.translation.norm() < kStands_m && turn_deg(given) < kStands_deg) continue;
+    ++result.pairs;
     const ScanPair pair(i, shape(i), j, shape(j));
     if (!pair.is_informative()) continue;
     merge::RegistrationResult found = pair.registration(given);
@@ -118,11 +120,16 @@ std::vector<RegisteredMotion> register_motions(
         agreement = agrees;
       }
     }
-    if (found.condition < kInTunnel || agreement < pair.agreement(Pose()) + kUnmoved) continue;
+    const double unmoved = pair.agreement(Pose());
+    if (every > 1) {
+      means.add({i, j}, given, found.T_target_source, {pair.agreement(given), agreement, unmoved});
+    }
+    if (found.condition < kInTunnel || agreement < unmoved + kUnmoved) continue;
     motions.push_back({track.stamp_ns(i), track.stamp_ns(j), found.T_target_source});
     agreements.push_back(agreement);
   }
-  if (motions.empty()) return motions;
+  result.agreement = std::move(means).figures();
+  if (motions.empty()) return result;
   std::vector<double> ordered = agreements;
   const double usual = median(std::span(ordered));
   std::size_t kept = 0;
@@ -130,7 +137,21 @@ std::vector<RegisteredMotion> register_motions(
     if (agreements[k] >= kAgreesWell * usual) motions[kept++] = motions[k];
   }
   motions.resize(kept);
-  return motions;
+  return result;
+}
+
+}  // namespace
+
+std::vector<RegisteredMotion> register_motions(
+    const Track& track, const std::function<bool(std::size_t, std::size_t)>& skips,
+    const std::function<void(std::size_t, datasets::Scan&)>& read) {
+  return register_parts(track, skips, read, 1).motions;
+}
+
+QuickMotions register_some_motions(const Track& track,
+                                   const std::function<void(std::size_t, datasets::Scan&)>& read) {
+  return register_parts(
+      track, [](std::size_t, std::size_t) { return false; }, read, 2);
 }
 
 }  // namespace unimapper::input

@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "src/input/agreement.hpp"
 #include "src/input/plausibility.hpp"
 #include "src/input/shut_in.hpp"
 #include "tests/input/courtyard.hpp"
@@ -143,6 +144,7 @@ TEST_CASE("A right odometry breaks nowhere", "[breaks]") {
   const OdometryBreaks found = found_in(drive());
   CHECK(found.breaks.empty());
   CHECK(found.compared >= 11);
+  CHECK(found.steps_told == drive().scan_count() - 1);
   CHECK(check_odometry_breaks(found).severity == Severity::kFine);
 }
 
@@ -163,6 +165,16 @@ TEST_CASE("Where scans agree little while it drives, a robot may stand before it
     recording.stamps_ns.push_back(recording.stamps_ns.back() + 100'000'000);
   }
   CHECK(found_in(recording).breaks.empty());
+}
+
+TEST_CASE("A part of the points settles an agreement that is clear, and no other", "[breaks]") {
+  const ScanPair pair(10, drive().scans[10], 14, drive().scans[14]);
+  const Pose right = drive().poses[10].inverse() * drive().poses[14];
+  const double agrees = pair.agreement(right);
+  const auto estimate = pair.agreement_beyond(0.8 * agrees, right);
+  REQUIRE(estimate);
+  CHECK(std::fabs(*estimate - agrees) < 0.1);
+  CHECK_FALSE(pair.agreement_beyond(0.8 * agrees, right * moved(0.6, 0.6)));
 }
 
 TEST_CASE("A jump is found at its scan, with its size", "[breaks]") {

@@ -43,6 +43,9 @@ class RegistrationCloud {
   [[nodiscard]] std::size_t size() const { return points_.size(); }
   /// Memory that it takes, roughly.
   [[nodiscard]] std::uint64_t bytes() const;
+  /// Edge of the voxels with a point each, metres: that of the configuration, or as large as the
+  /// number of points demanded.
+  [[nodiscard]] float leaf_m() const { return leaf_m_; }
   /// Points of the cloud, metres in its frame.
   [[nodiscard]] const std::vector<Eigen::Vector3f>& points() const { return points_; }
   /// Covariance of the surface about point `i`, square metres.
@@ -65,10 +68,11 @@ class RegistrationCloud {
 
  private:
   /// One point per voxel, in no order that means anything; the key of each voxel.
-  std::vector<VoxelKey> thin(float leaf_m);
+  std::vector<VoxelKey> thin();
   void sort_by(const std::vector<VoxelKey>& keys);
   [[nodiscard]] Eigen::Matrix3f estimate_covariance(std::size_t i) const;
 
+  float leaf_m_;
   std::vector<Eigen::Vector3f> points_;
   mutable std::vector<Eigen::Matrix3f> covariances_;
   mutable std::vector<std::uint8_t> is_pending_;  ///< by point; empty where none is

@@ -77,7 +77,8 @@ Eigen::Matrix3f regularised(const Eigen::Matrix3f& scatter) {
 
 RegistrationCloud::RegistrationCloud(std::span<const Eigen::Vector3f> points,
                                      std::span<const std::uint8_t> ground,
-                                     const RegistrationConfig& config, Covariances covariances) {
+                                     const RegistrationConfig& config, Covariances covariances)
+    : leaf_m_(config.leaf_m) {
   points_.reserve(points.size());
   ground_.reserve(points.size());
   const float limit_m = config.leaf_m * static_cast<float>(kVoxelAxisLimit - 1);
@@ -86,11 +87,10 @@ RegistrationCloud::RegistrationCloud(std::span<const Eigen::Vector3f> points,
     points_.push_back(points[i]);
     ground_.push_back(ground.empty() ? 0 : ground[i]);
   }
-  float leaf_m = config.leaf_m;
-  std::vector<VoxelKey> keys = thin(leaf_m);
+  std::vector<VoxelKey> keys = thin();
   while (points_.size() > config.max_points) {
-    leaf_m *= 1.3F;
-    keys = thin(leaf_m);
+    leaf_m_ *= 1.3F;
+    keys = thin();
   }
   sort_by(keys);
   tree_ = std::make_unique<PointTree>(points_);
@@ -108,8 +108,8 @@ RegistrationCloud::~RegistrationCloud() = default;
 RegistrationCloud::RegistrationCloud(RegistrationCloud&&) noexcept = default;
 RegistrationCloud& RegistrationCloud::operator=(RegistrationCloud&&) noexcept = default;
 
-std::vector<VoxelKey> RegistrationCloud::thin(float leaf_m) {
-  const float inverse = 1.0F / leaf_m;
+std::vector<VoxelKey> RegistrationCloud::thin() {
+  const float inverse = 1.0F / leaf_m_;
   struct Voxel {
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
     std::uint32_t points = 0;
@@ -117,6 +117,7 @@ std::vector<VoxelKey> RegistrationCloud::thin(float leaf_m) {
   };
   VoxelTable table(points_.size());
   std::vector<Voxel> voxels;
+  voxels.reserve(points_.size());
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const std::uint32_t number = table.find_or_insert(pack(voxel_index(points_[i], inverse)));
     if (number == voxels.size()) voxels.emplace_back();
