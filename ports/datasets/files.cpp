@@ -35,17 +35,21 @@ std::uint64_t file_bytes(const fs::path& file) {
   return bytes;
 }
 
-std::string read_file(const fs::path& file, std::size_t limit) {
-  const std::uint64_t bytes = file_bytes(file);
+std::size_t read_file(const fs::path& file, std::span<char> content) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"),
                                                                &std::fclose);
   if (!stream) fail(file, std::string("cannot open: ") + std::strerror(errno));
-  std::string content(static_cast<std::size_t>(std::min<std::uint64_t>(bytes, limit)), '\0');
   const std::size_t got = std::fread(content.data(), 1, content.size(), stream.get());
   if (std::ferror(stream.get()) != 0) {
     fail_at_offset(file, got, std::string("cannot read: ") + std::strerror(errno));
   }
-  content.resize(got);
+  return got;
+}
+
+std::string read_file(const fs::path& file, std::size_t limit) {
+  std::string content(static_cast<std::size_t>(std::min<std::uint64_t>(file_bytes(file), limit)),
+                      '\0');
+  content.resize(read_file(file, std::span(content)));
   return content;
 }
 

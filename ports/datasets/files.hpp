@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,6 +23,9 @@ namespace unimapper::datasets {
 
 /// The whole file, or its first `limit` bytes. Throws DatasetError.
 std::string read_file(const std::filesystem::path& file, std::size_t limit = SIZE_MAX);
+
+/// Fills `content` with the first bytes of the file; how many it has. Throws DatasetError.
+std::size_t read_file(const std::filesystem::path& file, std::span<char> content);
 
 /// Bytes of a regular file. Throws DatasetError.
 std::uint64_t file_bytes(const std::filesystem::path& file);

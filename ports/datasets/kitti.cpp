@@ -50,9 +50,7 @@ class KittiDataset : public SequenceDataset {
         directory_(std::move(directory)),
         layout_(std::move(layout)) {}
 
-  void read_scan(std::size_t i, Scan& scan) const override {
-    decode_records(read_file(file(i)), layout_, scan);
-  }
+  void read_scan(std::size_t i, Scan& scan) const override { read_records(file(i), layout_, scan); }
 
   [[nodiscard]] std::string scan_name(std::size_t i) const override { return stem_of(file(i)); }
 

@@ -143,9 +143,7 @@ class KittiRawDataset : public SequenceDataset {
   KittiRawDataset(Sequence sequence, RecordLayout layout)
       : SequenceDataset(std::move(sequence)), layout_(std::move(layout)) {}
 
-  void read_scan(std::size_t i, Scan& scan) const override {
-    decode_records(read_file(file(i)), layout_, scan);
-  }
+  void read_scan(std::size_t i, Scan& scan) const override { read_records(file(i), layout_, scan); }
   [[nodiscard]] std::string sensor() const override {
     return std::string(sensor_model(SensorKind::kHdl64e).name);
   }

@@ -204,9 +204,7 @@ class NuScenesDataset : public SequenceDataset {
   NuScenesDataset(Sequence sequence, RecordLayout layout)
       : SequenceDataset(std::move(sequence)), layout_(std::move(layout)) {}
 
-  void read_scan(std::size_t i, Scan& scan) const override {
-    decode_records(read_file(file(i)), layout_, scan);
-  }
+  void read_scan(std::size_t i, Scan& scan) const override { read_records(file(i), layout_, scan); }
   [[nodiscard]] std::string scan_name(std::size_t i) const override { return stem_of(file(i)); }
   /// nuScenes' cars carry an HDL-32E.
   [[nodiscard]] std::string sensor() const override {

@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "ports/datasets/files.hpp"
@@ -196,6 +198,16 @@ void decode_records(std::string_view bytes, const RecordLayout& layout, Scan& sc
     builder.add(values);
   }
   builder.finish();
+}
+
+void read_records(const std::filesystem::path& file, const RecordLayout& layout, Scan& scan) {
+  if (!is_points(layout, fields_by_role(layout)) || !scan.origin.isZero()) {
+    return decode_records(read_file(file), layout, scan);
+  }
+  scan.reset(static_cast<std::size_t>(file_bytes(file)) / sizeof(Scan::Point));
+  const std::span<Scan::Point> points(scan.points);
+  const std::span<char> bytes(reinterpret_cast<char*>(points.data()), points.size_bytes());
+  scan.points.resize(read_file(file, bytes) / sizeof(Scan::Point));
 }
 
 namespace {

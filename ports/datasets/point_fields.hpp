@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -68,6 +69,9 @@ class ScanBuilder {
 
 /// Decodes whole records; a partial one at the end is left out. The layout has x, y and z.
 void decode_records(std::string_view bytes, const RecordLayout& layout, Scan& scan);
+
+/// `decode_records` of a file; KITTI's records go right into the points. Throws DatasetError.
+void read_records(const std::filesystem::path& file, const RecordLayout& layout, Scan& scan);
 
 /// The layout that `--point-fields` describes: names in order, separated by blanks or commas, each
 /// a float32 or `name:type` with type i1 u1 i2 u2 i4 u4 f4 f8; `_` is skipped. Throws DatasetError.

@@ -28,14 +28,18 @@ std::uint64_t mixed(std::uint64_t hash, std::uint64_t part) {
 /// Of the coordinates, bit by bit; never 0.
 std::uint64_t fingerprint_of(const std::vector<Scan::Point>& points) {
   // Each multiplication waits for the one before: four rows of them do not wait for each other.
-  std::array<std::uint64_t, 4> rows{points.size(), 1, 2, 3};
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Scan::Point& p = points[i];
-    std::uint64_t& row = rows[i % rows.size()];
-    row = mixed(row, std::uint64_t{std::bit_cast<std::uint32_t>(p.x)} << 32U |
-                         std::bit_cast<std::uint32_t>(p.y));
-    row = mixed(row, std::bit_cast<std::uint32_t>(p.z));
+  constexpr std::size_t kRows = 4;
+  std::array<std::uint64_t, kRows> rows{points.size(), 1, 2, 3};
+  const auto add = [&](std::size_t row, const Scan::Point& p) {
+    rows[row] = mixed(rows[row], std::uint64_t{std::bit_cast<std::uint32_t>(p.x)} << 32U |
+                                     std::bit_cast<std::uint32_t>(p.y));
+    rows[row] = mixed(rows[row], std::bit_cast<std::uint32_t>(p.z));
+  };
+  std::size_t i = 0;
+  for (; i + kRows <= points.size(); i += kRows) {
+    for (std::size_t row = 0; row < kRows; ++row) add(row, points[i + row]);
   }
+  for (; i < points.size(); ++i) add(i % kRows, points[i]);
   return mixed(mixed(mixed(rows[0], rows[1]), rows[2]), rows[3]) | 1U;
 }
 
