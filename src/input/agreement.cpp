@@ -55,13 +55,6 @@ Eigen::Vector3f normal_of(const merge::RegistrationCloud& cloud, std::size_t i) 
   return across.col(axis).normalized();
 }
 
-/// Whether so many points of surfaces, by direction, are as good as all.
-bool is_enough(const std::array<std::size_t, 3>& facing) {
-  std::size_t kept = 0;
-  for (const std::size_t count : facing) kept += std::min(count, kMostSurfacePoints / 3);
-  return 3 * kept >= 2 * kMostSurfacePoints;
-}
-
 }  // namespace
 
 ScanShape::ScanShape(const datasets::Scan& scan, std::size_t max_points, float leaf_m)
@@ -84,13 +77,11 @@ std::optional<std::size_t> ScanShape::facing(std::size_t point) const {
 const ScanShape::Surfaces& ScanShape::surfaces() const {
   if (surfaces_) return *surfaces_;
   Surfaces& found = surfaces_.emplace();
-  for (std::size_t part = 0; part < kPortions && !is_enough(found.facing); ++part) {
-    for (std::size_t k = part; k < cloud_.size(); k += kPortions) {
-      const auto axis = facing(k);
-      if (!axis) continue;
-      found.points.push_back({cloud_.points()[k], *axis});
-      ++found.facing[*axis];
-    }
+  for (std::size_t k = 0; k < cloud_.size(); ++k) {
+    const auto axis = facing(k);
+    if (!axis) continue;
+    found.points.push_back({cloud_.points()[k], *axis});
+    ++found.facing[*axis];
   }
   // Directions that are seen much of are thinned, none is left out.
   std::array<std::size_t, 3> stride{};

@@ -28,7 +28,7 @@ constexpr std::size_t kUsualPairs = 15;
 constexpr std::size_t kFewestUsual = 4;
 // Agreement, against that of the given motion.
 constexpr double kBetter = 0.1;
-constexpr double kOddBetter = 0.07;     // of a step that is unusual by itself, without noise
+constexpr double kOddBetter = 0.07;     // of a step that is unusual by itself, without much noise
 constexpr double kLittleBetter = 0.04;  // twice in a row
 constexpr double kAsWell = 0.03;
 // Smallest over largest eigenvalue of the translation's information: tunnels have no more.
@@ -187,8 +187,9 @@ class BreakSearch {
     take_usual_of(is_standing(given));
     const double usually = usual_.empty() ? 1.0 : median_of_usual();
     // Neighbours agree better than usual, even a metre off: a step that is unusual by itself is
-    // always registered.
-    const bool is_odd = j == i + 1 && differs_from_those_beside(j, off_deg_);
+    // always registered, but for poses that scatter.
+    const bool is_odd =
+        off_deg_ < 2.0 * kOff_deg && j == i + 1 && differs_from_those_beside(j, off_deg_);
     const bool suffices = !registers && !is_odd && usual_.size() >= kFewestUsual;
     if (suffices) {
       if (const auto agrees = pair.agreement_beyond(kWell * usually, given)) {
@@ -230,8 +231,7 @@ class BreakSearch {
     const bool is_known = (!is_unmoved && !slides) || is_beyond_reach(i, j);
     step.is_doubtful =
         best >= agrees + kLittleBetter && is_off(step.correction, off_deg_) && is_known;
-    const bool is_quiet = off_deg_ <= kOff_deg;
-    const double better = is_odd && is_quiet ? kOddBetter : kBetter;
+    const double better = is_odd ? kOddBetter : kBetter;
     step.is_contradicted = step.is_doubtful && best >= agrees + better;
     return step;
   }
