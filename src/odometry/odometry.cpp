@@ -71,6 +71,7 @@ struct LidarOdometry::State {
   void level(double seconds) noexcept;
   [[nodiscard]] OdometryResult levelled(const OdometryResult& in_map) const noexcept;
   [[nodiscard]] Pose ahead(const Interval& interval, double share = 1.0) const noexcept;
+  void learn_velocity(const Velocity& v, double seconds) noexcept;
   [[nodiscard]] Expectation expected(const Interval& interval) const noexcept;
   [[nodiscard]] Registered track(const Interval& interval, const Pose& start) noexcept;
   [[nodiscard]] Registered track_second(Interval& interval) noexcept;
@@ -119,6 +120,7 @@ struct LidarOdometry::State {
   double middle_s = 0.0;      // its points' mean time, after the stamp
   Pose T_odometry_middle;     // its pose then
   Velocity velocity;          // on the way there
+  Velocity steady;            // mean of those before
   WeakMotion weak_motion;
   double squared_deviations_m2 = 0.0;
   std::uint32_t deviations = 0;
@@ -314,8 +316,20 @@ OdometryResult LidarOdometry::State::levelled(const OdometryResult& in_map) cons
   return seen;
 }
 
+/// The velocity between two scans has the noise of both. Along a weak axis it would go on for ever:
+/// that of the last half second does.
+void LidarOdometry::State::learn_velocity(const Velocity& v, double seconds) noexcept {
+  constexpr double kMemory_s = 0.4;
+  const double share = weak_motion.is_velocity_known() ? seconds / (seconds + kMemory_s) : 1.0;
+  velocity = v;
+  steady.linear_m_s += share * (v.linear_m_s - steady.linear_m_s);
+  steady.angular_rad_s += share * (v.angular_rad_s - steady.angular_rad_s);
+}
+
 Expectation LidarOdometry::State::expected(const Interval& interval) const noexcept {
-  return {ahead(interval),
+  Pose way = moved(steady, std::min(interval.seconds, kLongestPrediction_s));
+  if (turn_known) way.rotation = turn;
+  return {interval.T_odometry_before * way,
           weak_motion.is_velocity_known() && interval.seconds <= kLongestPrediction_s};
 }
 
@@ -520,7 +534,8 @@ OdometryResult LidarOdometry::State::accept(const Registered& found, const Inter
   }
   usual_fit = is_second ? found_fit : usual_fit + kForget * (found_fit - usual_fit);
   lost_scans = 0;
-  velocity = velocity_of(interval.T_odometry_before.inverse() * found.pose, interval.seconds);
+  learn_velocity(velocity_of(interval.T_odometry_before.inverse() * found.pose, interval.seconds),
+                 interval.seconds);
   T_odometry_middle = found.pose;
   extend_map(thinning.fine(), interval, found.pose, middle_s);
 
@@ -550,6 +565,7 @@ OdometryResult LidarOdometry::State::lose(const Pose& predicted, double seconds)
   constexpr double kSlowDown = 0.5;  // whoever is lost had better not go far on
   velocity.linear_m_s *= kSlowDown;
   velocity.angular_rad_s *= kSlowDown;
+  steady = velocity;
   T_odometry_middle = predicted;
   result.T_odometry_sensor = predicted * moved(velocity, -middle_s);
   result.velocity_m_s = velocity.linear_m_s;
@@ -566,6 +582,7 @@ OdometryResult LidarOdometry::State::lose(const Pose& predicted, double seconds)
   deviations = 0;
   squared_deviations_m2 = 0.0;
   velocity = {};
+  steady = {};
   keep_scan();
   begin_map({});
   T_odometry_middle = T_odometry_first;
