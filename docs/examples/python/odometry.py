@@ -1,4 +1,4 @@
-"""Odometry from scans alone: its path is drawn red, over the true one, or the recorded one, in grey.
+"""Odometry from scans alone: its path is red, over the true or the recorded one in grey.
 
 usage: odometry.py DRIVE PICTURE
 """
