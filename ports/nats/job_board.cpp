@@ -15,18 +15,18 @@ namespace {
 constexpr const char* kJobs = "JOBS";
 constexpr const char* kAnswers = "ANSWERS";
 constexpr const char* kJobKeyframes = "JOB_KEYFRAMES";
-constexpr const char* kJobSubject = "unimapper.job.";               // VERSION.PROJECT
-constexpr const char* kAnswerSubject = "unimapper.answer.";         // PROJECT
-constexpr const char* kKeyframeSubject = "unimapper.jobkeyframe.";  // NAME
+constexpr const char* kJobSubject = "unimapper-job.";               // VERSION.PROJECT
+constexpr const char* kAnswerSubject = "unimapper-answer.";         // PROJECT
+constexpr const char* kKeyframeSubject = "unimapper-jobkeyframe.";  // NAME
 
 constexpr std::int64_t kSecondNs = 1'000'000'000;
 /// Jobs, answers and keyframes are of no use to a merge of another day.
 constexpr std::int64_t kKeptNs = 86'400 * kSecondNs;
-/// A worker that has not answered in this time is taken for dead; its job goes to another one.
-constexpr std::int64_t kAnswerNs = 20 * kSecondNs;
-constexpr std::int64_t kMostJobBytes = std::int64_t{1} << 30;
-constexpr std::int64_t kMostAnswerBytes = std::int64_t{256} << 20;
-constexpr std::int64_t kMostKeyframeBytes = std::int64_t{8} << 30;
+/// A worker that has told no progress in this time is taken for dead; its job goes to another one.
+constexpr std::int64_t kProgressNs = 20 * kSecondNs;
+constexpr std::int64_t kMostJobBytes = std::int64_t{64} << 20;
+constexpr std::int64_t kMostAnswerBytes = std::int64_t{128} << 20;
+constexpr std::int64_t kMostKeyframeBytes = std::int64_t{2} << 30;
 /// How often a caller that waits looks for an answer.
 constexpr std::chrono::milliseconds kAnswerPoll{10};
 /// More unanswered jobs than any fleet has workers.
@@ -66,10 +66,10 @@ void require_stream(const Connection& connection, const StreamShape& shape) {
 }
 
 void require_streams(const Connection& connection) {
-  require_stream(connection, {kJobs, "unimapper.job.*.*", js_WorkQueuePolicy, kMostJobBytes, -1});
+  require_stream(connection, {kJobs, "unimapper-job.*.*", js_WorkQueuePolicy, kMostJobBytes, -1});
   require_stream(connection,
-                 {kAnswers, "unimapper.answer.*", js_LimitsPolicy, kMostAnswerBytes, -1});
-  require_stream(connection, {kJobKeyframes, "unimapper.jobkeyframe.*", js_LimitsPolicy,
+                 {kAnswers, "unimapper-answer.*", js_LimitsPolicy, kMostAnswerBytes, -1});
+  require_stream(connection, {kJobKeyframes, "unimapper-jobkeyframe.*", js_LimitsPolicy,
                               kMostKeyframeBytes, 1});
 }
 
@@ -84,7 +84,7 @@ void require_consumer(const Connection& connection, const std::string& version) 
   config.Durable = name.c_str();
   config.FilterSubject = filter.c_str();
   config.AckPolicy = js_AckExplicit;
-  config.AckWait = kAnswerNs;
+  config.AckWait = kProgressNs;
   config.MaxAckPending = kMostTaken;
   jsConsumerInfo* info = nullptr;
   const natsStatus status =
@@ -224,6 +224,10 @@ class Source final : public JobSource {
     return TakenJob{data_of(taken_.get()), static_cast<std::uint32_t>(data->NumDelivered)};
   }
 
+  void tell_progress() override {
+    if (taken_) require(natsMsg_InProgress(taken_.get(), nullptr), "a job");
+  }
+
   void answer(const std::string& text) override {
     const std::string_view subject = natsMsg_GetSubject(taken_.get());
     const std::string project(subject.substr(subject.rfind('.') + 1));
@@ -246,7 +250,7 @@ class Source final : public JobSource {
   std::vector<std::string> versions_wanted() override {
     jsOptions options;
     require(jsOptions_Init(&options), kJobs);
-    options.Stream.Info.SubjectsFilter = "unimapper.job.>";
+    options.Stream.Info.SubjectsFilter = "unimapper-job.>";
     jsStreamInfo* found = nullptr;
     const natsStatus status =
         js_GetStreamInfo(&found, connection_.jetstream(), kJobs, &options, nullptr);

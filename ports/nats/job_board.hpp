@@ -45,6 +45,9 @@ class JobSource {
 
   /// The next job; waits so long for it.
   virtual std::optional<TakenJob> next_job(std::chrono::milliseconds wait) = 0;
+  /// Keeps the job that was taken last from going to another worker for a while. From any thread
+  /// that works on it.
+  virtual void tell_progress() = 0;
   /// Answers the job that was taken last, which is done then.
   virtual void answer(const std::string& text) = 0;
   /// The bytes of a keyframe. Throws where there is none of that name. Thread safe.

@@ -73,6 +73,7 @@ struct Board final : nats_port::JobBoard, nats_port::JobSource {
   std::uint32_t deliveries = 1;
   bool is_broken = false;
   std::uint64_t numbers = 0;
+  std::uint64_t progress = 0;
   std::function<void(JobAnswer&)> lie;
 
   void require() const {
@@ -104,6 +105,7 @@ struct Board final : nats_port::JobBoard, nats_port::JobSource {
     if (jobs.empty()) return std::nullopt;
     return nats_port::TakenJob{jobs.front().second, deliveries};
   }
+  void tell_progress() override { ++progress; }
   void answer(const std::string& text) override {
     jobs.pop_front();
     JobAnswer answer = answer_from(text);
@@ -177,6 +179,7 @@ TEST_CASE("loops that workers verify have the same outcomes to the bit", "[fleet
   CHECK(fleet.workers.text() == "verified by workers: 6 loops by w1");
   // Of a worker that is not known yet the first loops are compared, then few.
   CHECK(fleet.asked.verified_here == 6);
+  CHECK(fleet.board.progress > 3);
   for (int more = 0; more < 3; ++more) CHECK(text_of(fleet.verify()) == right());
   CHECK(fleet.asked.verified_here < 14);
 }
@@ -190,7 +193,7 @@ TEST_CASE("a merge without workers, or without a server, verifies all itself", "
   CHECK(fleet.said.size() == (fleet.board.is_broken ? 1 : 0));
 }
 
-TEST_CASE("a worker that answers otherwise is not believed, and all is verified here", "[fleet]") {
+TEST_CASE("a worker that answers otherwise is not trusted, and all is verified here", "[fleet]") {
   Fleet fleet;
   fleet.board.worker = &fleet.worker;
   const int kind = GENERATE(0, 1, 2, 3, 4);
@@ -204,7 +207,23 @@ TEST_CASE("a worker that answers otherwise is not believed, and all is verified 
   };
   CHECK(text_of(fleet.verify()) == right());
   REQUIRE(fleet.said.size() == 1);
-  CHECK_THAT(fleet.said[0], Contains("worker w1 is not believed: "));
+  CHECK_THAT(fleet.said[0], Contains("worker w1 is not trusted: "));
+}
+
+TEST_CASE("a job that is no text is answered, so that no further worker takes it", "[fleet]") {
+  Fleet fleet;
+  fleet.board.jobs.emplace_back(1, "{\"name\": \"\xff\xfe");
+  CHECK(fleet.worker.work(fleet.board, std::chrono::milliseconds(0)) == 0);
+  CHECK(fleet.board.jobs.empty());
+  REQUIRE(fleet.board.answers.size() == 1);
+  CHECK_THAT(answer_from(fleet.board.answers[0]).fault, Contains("a job is damaged"));
+}
+
+TEST_CASE("answers that nobody asked for keep no merge waiting", "[fleet]") {
+  Fleet fleet;
+  fleet.board.worker = &fleet.worker;
+  fleet.board.lie = [](JobAnswer& answer) { answer.job = "another"; };
+  CHECK(text_of(fleet.verify()) == right());
 }
 
 TEST_CASE("what a worker cannot read is verified here, and it says why", "[fleet]") {
@@ -229,7 +248,7 @@ TEST_CASE("keyframes or parameters that are not the merge's are answered so", "[
   Fleet fleet;
   fleet.board.worker = &fleet.worker;
   for (LoopQuestion& question : fleet.asked.questions) question.fingerprint ^= 1U;
-  CHECK(text_of(fleet.verify()) != "");
+  CHECK(text_of(fleet.verify()) == right());
   REQUIRE_FALSE(fleet.said.empty());
   CHECK_THAT(fleet.said[0], Contains("are not those of the merge"));
   CHECK(fleet.asked.verified_here == 6);

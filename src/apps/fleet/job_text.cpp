@@ -104,7 +104,7 @@ std::string job_text(const merge::LoopJob& job) {
               {"limit", {job.limit.translation_m, job.limit.rotation_rad}},
               {"keyframes", keyframes},
               {"questions", questions}}
-      .dump();
+      .dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 merge::LoopJob job_from(std::string_view text) {
@@ -143,7 +143,7 @@ std::string answer_text(const JobAnswer& answer) {
               {"fault", answer.fault},
               {"set_aside", answer.is_set_aside},
               {"outcomes", outcomes}}
-      .dump();
+      .dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 JobAnswer answer_from(std::string_view text) {

@@ -47,9 +47,13 @@ bool has_name(const std::string& name, std::span<const std::uint8_t> bytes) {
 KeyframeFiles::KeyframeFiles(fs::path folder, std::uint64_t max_bytes)
     : folder_(std::move(folder)), max_bytes_(max_bytes) {
   if (folder_.empty()) return;
-  fs::create_directories(folder_);
+  lock_.emplace(folder_, "a worker");
   for (const auto& entry : fs::directory_iterator(folder_)) {
-    if (is_name(entry.path().filename().string())) bytes_ += entry.file_size();
+    if (is_name(entry.path().filename().string())) {
+      bytes_ += entry.file_size();
+    } else if (entry.path().extension() == ".part") {
+      fs::remove(entry.path());
+    }
   }
 }
 
@@ -69,25 +73,28 @@ std::vector<std::uint8_t> KeyframeFiles::get(const std::string& name, const Fetc
   return bytes;
 }
 
-void KeyframeFiles::keep(const std::string& name, std::span<const std::uint8_t> bytes) {
-  const std::lock_guard<std::mutex> lock(guard_);
+// A tenth more than is needed, so that the folder is not looked through for each keyframe.
+void KeyframeFiles::remove_oldest(std::uint64_t wanted) {
   std::error_code error;
-  if (bytes_ + bytes.size() > max_bytes_) {
-    std::vector<std::pair<fs::file_time_type, fs::path>> files;
-    for (const auto& entry : fs::directory_iterator(folder_, error)) {
+  std::vector<std::pair<fs::file_time_type, fs::path>> files;
+  for (const auto& entry : fs::directory_iterator(folder_, error)) {
+    if (is_name(entry.path().filename().string())) {
       files.emplace_back(entry.last_write_time(error), entry.path());
     }
-    std::sort(files.begin(), files.end());
-    // A tenth more than is needed, so that the folder is not looked through for each keyframe.
-    const std::uint64_t wanted = bytes.size() + max_bytes_ / 10;
-    for (const auto& [time, file] : files) {
-      if (bytes_ + wanted <= max_bytes_) break;
-      if (!is_name(file.filename().string())) continue;
-      const std::uint64_t size = fs::file_size(file, error);
-      if (!error && fs::remove(file, error)) bytes_ -= std::min(bytes_, size);
-    }
   }
+  std::sort(files.begin(), files.end());
+  for (const auto& [time, file] : files) {
+    if (bytes_ + wanted <= max_bytes_) break;
+    const std::uint64_t size = fs::file_size(file, error);
+    if (!error && fs::remove(file, error)) bytes_ -= std::min(bytes_, size);
+  }
+}
+
+void KeyframeFiles::keep(const std::string& name, std::span<const std::uint8_t> bytes) {
+  const std::lock_guard<std::mutex> lock(guard_);
+  if (bytes_ + bytes.size() > max_bytes_) remove_oldest(bytes.size() + max_bytes_ / 10);
   if (bytes_ + bytes.size() > max_bytes_) return;
+  std::error_code error;
   const fs::path part = folder_ / (name + ".part");
   {
     std::ofstream out(part, std::ios::binary);

@@ -20,6 +20,9 @@ constexpr std::uint64_t kComparedOf = 64;
 constexpr std::chrono::milliseconds kKeptAnswersWait{100};
 constexpr std::chrono::milliseconds kAnswerWait{500};
 
+/// Outcomes that nobody waits for, kept in about 100 MB.
+constexpr std::size_t kMostKnown = 200'000;
+
 bool are_equal(const LoopConstraint& a, const LoopConstraint& b) {
   return a.T_match_query.rotation == b.T_match_query.rotation &&
          a.T_match_query.translation == b.T_match_query.translation &&
@@ -27,8 +30,10 @@ bool are_equal(const LoopConstraint& a, const LoopConstraint& b) {
          a.decision.accepted == b.decision.accepted && a.decision.reason == b.decision.reason;
 }
 
-/// One of `kComparedOf` keys, whoever asks.
-bool is_sampled(const std::string& key) { return std::hash<std::string>{}(key) % kComparedOf == 0; }
+/// One of `kComparedOf` keys; a worker cannot know which.
+bool is_sampled(const std::string& key, const std::string& salt) {
+  return std::hash<std::string>{}(salt + key) % kComparedOf == 0;
+}
 
 }  // namespace
 
@@ -74,15 +79,14 @@ class LoopWorkers::Call {
   void gather() {
     Clock::time_point last_answer = Clock::now();
     while (!jobs_.empty()) {
-      bool is_idle = true;
-      while (const auto text = workers_.board_.next_answer(std::chrono::milliseconds(0))) {
-        take(*text);
+      const auto text = workers_.board_.next_answer(std::chrono::milliseconds(0));
+      const bool is_answered = text && take(*text);
+      if (is_answered || take_one_back()) {
         last_answer = Clock::now();
-        is_idle = false;
+        continue;
       }
-      if (take_one_back() || !is_idle || jobs_.empty()) continue;
-      if (const auto text = workers_.board_.next_answer(kAnswerWait)) {
-        take(*text);
+      const auto waited_for = workers_.board_.next_answer(kAnswerWait);
+      if (waited_for && take(*waited_for)) {
         last_answer = Clock::now();
       } else if (Clock::now() - last_answer > workers_.options_.patience) {
         workers_.say_once("workers have answered nothing for " +
@@ -134,24 +138,26 @@ class LoopWorkers::Call {
     return true;
   }
 
-  void take(const std::string& text) {
+  /// False for what answers no open job.
+  bool take(const std::string& text) {
     std::optional<JobAnswer> read = workers_.parsed(text);
-    if (!read) return;
+    if (!read) return false;
     JobAnswer& answer = *read;
     const auto job = jobs_.find(answer.job);
     if (job == jobs_.end()) {
       workers_.remember(std::move(answer));
-      return;
+      return false;
     }
     const std::vector<std::size_t> positions = std::move(job->second.positions);
     jobs_.erase(job);
-    if (answer.is_set_aside) {
+    if (answer.is_set_aside && workers_.distrusted_.count(answer.worker) == 0) {
       set_aside(positions);
     } else if (!answer.fault.empty()) {
       workers_.say_once("worker " + answer.worker + ": " + answer.fault + "; verified here");
     } else {
       accept(answer.worker, positions, answer.outcomes);
     }
+    return true;
   }
 
   void set_aside(const std::vector<std::size_t>& positions) {
@@ -175,7 +181,7 @@ class LoopWorkers::Call {
 
   void accept(const std::string& worker, const std::vector<std::size_t>& positions,
               const std::vector<KeyedOutcome>& answered) {
-    if (workers_.disbelieved_.count(worker) > 0) return;
+    if (workers_.distrusted_.count(worker) > 0) return;
     std::string fault;
     if (answered.size() != positions.size()) fault = "it has not one outcome for each loop";
     std::vector<std::size_t> compared;
@@ -183,13 +189,13 @@ class LoopWorkers::Call {
       const std::string& key = keys_[positions[i]];
       fault = answered[i].key == key ? fault_of(answered[i].outcome) : "it answers other questions";
       std::uint64_t& count = workers_.compared_[worker];
-      if (count >= kFirstCompared && !is_sampled(key)) continue;
+      if (count >= kFirstCompared && !is_sampled(key, workers_.options_.salt)) continue;
       compared.push_back(i);
       ++count;
     }
     if (fault.empty()) fault = difference(positions, answered, compared);
     if (!fault.empty()) {
-      workers_.disbelieve(worker, fault);
+      workers_.distrust(worker, fault);
       forget(worker);
       return;
     }
@@ -284,13 +290,14 @@ std::optional<JobAnswer> LoopWorkers::parsed(const std::string& text) {
   }
 }
 
-void LoopWorkers::disbelieve(const std::string& worker, const std::string& why) {
-  disbelieved_.insert(worker);
-  say_once("worker " + worker + " is not believed: " + why);
+void LoopWorkers::distrust(const std::string& worker, const std::string& why) {
+  distrusted_.insert(worker);
+  say_once("worker " + worker + " is not trusted: " + why);
 }
 
 void LoopWorkers::remember(JobAnswer&& answer) {
   for (KeyedOutcome& keyed : answer.outcomes) {
+    if (known_.size() >= kMostKnown) return;
     known_.try_emplace(keyed.key, Known{answer.worker, std::move(keyed.outcome)});
   }
 }

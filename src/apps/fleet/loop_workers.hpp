@@ -18,6 +18,7 @@ namespace unimapper::apps {
 
 /// How questions become jobs, and how long answers are waited for.
 struct LoopWorkersOptions {
+  std::string salt;                   ///< known to nobody else: it says which answers are compared
   std::string merge;                  ///< names the merge for workers
   std::size_t questions = 32;         ///< most of one job: those of a few keyframes
   std::chrono::seconds patience{70};  ///< without any answer; then all is verified here
@@ -25,7 +26,7 @@ struct LoopWorkersOptions {
 
 /// Has loops verified by whoever takes jobs off the board, and verifies here what nobody has taken.
 /// Outcomes are the same to the bit whoever computed them: of each worker the first job is verified
-/// here as well, and then one question of 64. A worker that answers otherwise is not believed, and
+/// here as well, and then one question of 64. A worker that answers otherwise is not trusted, and
 /// its answers of that call are verified here. Not thread safe.
 class LoopWorkers {
  public:
@@ -58,7 +59,7 @@ class LoopWorkers {
   void say_once(const std::string& text);
   /// Nothing for what is no answer, which is said.
   std::optional<JobAnswer> parsed(const std::string& text);
-  void disbelieve(const std::string& worker, const std::string& why);
+  void distrust(const std::string& worker, const std::string& why);
   /// Answers that are kept from before, and late ones.
   void remember(JobAnswer&& answer);
 
@@ -71,7 +72,7 @@ class LoopWorkers {
   std::map<std::string, Known> known_;             ///< outcomes that nobody waits for, by key
   std::map<std::string, std::uint64_t> used_;      ///< outcomes used, by worker
   std::map<std::string, std::uint64_t> compared_;  ///< outcomes verified here as well, by worker
-  std::set<std::string> disbelieved_;
+  std::set<std::string> distrusted_;
   std::set<std::string> said_;
 };
 

@@ -1,6 +1,12 @@
 #include "src/apps/fleet/project_workers.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <system_error>
 
 #include "ports/linux/boot_id.hpp"
 #include "src/apps/fleet/keyframe_files.hpp"
@@ -11,17 +17,24 @@
 namespace unimapper::apps {
 namespace {
 
-/// Names a store on this machine in all its merges.
+/// Names a store in all its merges; no other machine, and no other store of this one, has it.
 std::string project_token(const std::filesystem::path& store) {
-  const std::string path = std::filesystem::canonical(store).string();
-  const std::span bytes(reinterpret_cast<const std::uint8_t*>(path.data()), path.size());
-  return fmt::format("{:08x}-{}", wire::crc32(bytes), path.size());
+  struct stat folder {};
+  std::array<char, 256> host{};
+  if (stat(store.c_str(), &folder) != 0 || gethostname(host.data(), host.size() - 1) != 0) {
+    throw std::system_error(errno, std::generic_category(), store.string());
+  }
+  const std::string name = host.data() + std::filesystem::canonical(store).string();
+  const std::span bytes(reinterpret_cast<const std::uint8_t*>(name.data()), name.size());
+  return fmt::format("{:08x}-{}-{}", wire::crc32(bytes), folder.st_dev, folder.st_ino);
 }
 
 LoopWorkersOptions options_of_merge() {
-  const BootId merge = linux_port::random_boot();
   LoopWorkersOptions options;
-  options.merge = fmt::format("{:016x}{:016x}", merge.high, merge.low);
+  for (std::string* random : {&options.merge, &options.salt}) {
+    const BootId number = linux_port::random_boot();
+    *random = fmt::format("{:016x}{:016x}", number.high, number.low);
+  }
   return options;
 }
 

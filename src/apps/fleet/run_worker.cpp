@@ -79,7 +79,7 @@ void run_worker(const WorkerOptions& options) {
         idle = done > 0 ? 0 : idle + 1;
         if (idle % kIdleRounds == 1) tell_versions(*source, told);
       }
-    } catch (const nats_port::NatsError& error) {
+    } catch (const std::exception& error) {
       if (trouble != error.what()) say(std::string("warning: ") + error.what() + "; tries again");
       trouble = error.what();
       pause(stop, wait);

@@ -17,6 +17,7 @@ FleetWorker::FleetWorker(std::string name, KeyframeFiles& files, std::uint64_t m
           [this](const std::string& keyframe) {
             const auto bytes =
                 files_.get(keyframe, [&](const std::string& n) { return source_->keyframe(n); });
+            source_->tell_progress();
             wire::DecodedKeyframe decoded = wire::decode_keyframe(bytes);
             if (!decoded.record)
               throw std::runtime_error("a keyframe is damaged: " + decoded.error);
@@ -35,7 +36,8 @@ std::size_t FleetWorker::work(nats_port::JobSource& source, std::chrono::millise
     answer.job = job.name;
     answer.is_set_aside = taken->deliveries > nats_port::kMostDeliveries;
     if (!answer.is_set_aside) {
-      const std::vector<merge::LoopConstraint> outcomes = worker_.answer(job);
+      const std::vector<merge::LoopConstraint> outcomes =
+          worker_.answer(job, [&] { source.tell_progress(); });
       for (std::size_t i = 0; i < outcomes.size(); ++i) {
         answer.outcomes.push_back({merge::question_key(job.questions[i]), outcomes[i]});
       }

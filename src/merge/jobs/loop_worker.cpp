@@ -1,9 +1,11 @@
 // Loop verification of jobs, with what the jobs of one merge share.
 #include "loop_worker.hpp"
 
+#include <algorithm>
 #include <map>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -28,7 +30,7 @@ class LoopWorker::OfMerge {
 
   [[nodiscard]] const std::string& name() const { return name_; }
 
-  std::vector<LoopConstraint> answer(const LoopJob& job) {
+  std::vector<LoopConstraint> answer(const LoopJob& job, const std::function<void()>& progress) {
     for (const JobKeyframe& keyframe : job.keyframes) take(keyframe);
     std::vector<LoopCandidate> candidates;
     for (const LoopQuestion& question : job.questions) {
@@ -45,10 +47,22 @@ class LoopWorker::OfMerge {
       candidate.T_match_query = question.T_match_query;
       candidates.push_back(candidate);
     }
-    return verify_loops(candidates, job.limit, clouds_, config_);
+    std::vector<LoopConstraint> outcomes;
+    const std::span all(candidates);
+    for (std::size_t begin = 0; begin < all.size(); begin += kAtOnce) {
+      const auto some = all.subspan(begin, std::min(kAtOnce, all.size() - begin));
+      for (LoopConstraint& loop : verify_loops(some, job.limit, clouds_, config_)) {
+        outcomes.push_back(std::move(loop));
+      }
+      if (progress) progress();
+    }
+    return outcomes;
   }
 
  private:
+  /// Loops between two words of progress, which are for a second.
+  static constexpr std::size_t kAtOnce = 8;
+
   /// Names of the keyframes of one session, by sequence.
   class Names {
    public:
@@ -76,13 +90,14 @@ class LoopWorker::OfMerge {
            !sessions_[k.session].keyframes[k.keyframe].is_summary;
   }
 
-  /// Bounds what a forged job allocates.
-  static constexpr std::uint32_t kMostSessions = 10'000;
-  static constexpr std::uint32_t kMostKeyframes = 1'000'000;
+  /// Of all sessions together: a forged job takes no more memory than 200 MB.
+  static constexpr std::size_t kMostKeyframes = 500'000;
 
   void take(const JobKeyframe& wanted) {
     if (is_known(wanted.id)) return;
-    if (wanted.id.session >= kMostSessions || wanted.id.keyframe >= kMostKeyframes) {
+    std::size_t held = 0;
+    for (const SessionData& session : sessions_) held += 1 + session.keyframes.size();
+    if (held + wanted.id.session + wanted.id.keyframe > kMostKeyframes) {
       throw std::runtime_error("the job names a keyframe beyond all limits");
     }
     while (sessions_.size() <= wanted.id.session) add_session();
@@ -132,12 +147,13 @@ LoopWorker::LoopWorker(ReadNamedKeyframe read, std::uint64_t max_bytes, std::uin
 
 LoopWorker::~LoopWorker() = default;
 
-std::vector<LoopConstraint> LoopWorker::answer(const LoopJob& job) {
+std::vector<LoopConstraint> LoopWorker::answer(const LoopJob& job,
+                                               const std::function<void()>& progress) {
   if (merge_ == nullptr || merge_->name() != job.merge) {
     merge_.reset();  // its memory first
     merge_ = std::make_unique<OfMerge>(job, read_, max_bytes_, threads_);
   }
-  return merge_->answer(job);
+  return merge_->answer(job, progress);
 }
 
 }  // namespace unimapper::merge

@@ -25,9 +25,11 @@ class LoopWorker {
   LoopWorker(const LoopWorker&) = delete;
   LoopWorker& operator=(const LoopWorker&) = delete;
 
-  /// One outcome for each question, in their order. Throws std::runtime_error with the reason where
-  /// a keyframe cannot be read or is not what the merge had.
-  std::vector<LoopConstraint> answer(const LoopJob& job);
+  /// One outcome for each question, in their order. `progress` is called every few loops. Throws
+  /// std::runtime_error with the reason where a keyframe cannot be read or is not what the merge
+  /// had.
+  std::vector<LoopConstraint> answer(const LoopJob& job,
+                                     const std::function<void()>& progress = {});
 
  private:
   class OfMerge;

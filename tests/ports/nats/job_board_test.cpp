@@ -30,6 +30,7 @@ TEST_CASE("a job goes to one worker, and its answer to the project that asked", 
   CHECK(taken->text == "job 1");
   CHECK(taken->deliveries == 1);
   CHECK_FALSE(second->next_job(kNow));
+  first->tell_progress();
   first->answer("answer 1");
   CHECK(board->next_answer(kSoon) == std::optional<std::string>("answer 1"));
   CHECK_FALSE(board->next_answer(kNow));
