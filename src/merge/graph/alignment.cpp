@@ -26,10 +26,7 @@ class SessionAligner {
       : problem_(problem), check_(check) {}
 
   void run() {
-    for (std::size_t s = 0; s < problem_.sessions.size(); ++s) {
-      close_intra_session_loops(s);
-      adapt_drift_to_own_loops(s);
-    }
+    for (std::size_t s = 0; s < problem_.sessions.size(); ++s) close_intra_session_loops(s);
     place_by_positions();
     pairs_ = form_pairs(problem_);
     for (int round = 0; round < kMaxDriftRounds && adapt_drift(); ++round)
@@ -68,29 +65,6 @@ class SessionAligner {
     if (!problem_.all_plausible(trial, only)) return;
     problem_.state.T_session_keyframe[session] = trial.T_session_keyframe[session];
     for (const std::size_t i : chosen) problem_.decisions[i] = {true, {}};
-  }
-
-  /// A session whose own loops agree with each other, and not with its odometry, drifts as far as
-  /// they say, if they are then accepted.
-  void adapt_drift_to_own_loops(std::size_t session) {
-    std::vector<std::size_t> refused;
-    for (std::size_t i = 0; i < problem_.loops.size(); ++i) {
-      const LoopConstraint& loop = problem_.loops[i];
-      if (!loop.is_intra_session() || loop.query.session != session) continue;
-      if (!problem_.decisions[i].accepted) refused.push_back(i);
-    }
-    const std::size_t accepted = accepted_within(session).size();
-    const double scale = drift_by_refused(
-        problem_.select(refused), accepted, problem_.state.odometry[session],
-        scaled_to_extent(problem_.config.acceptance, problem_.sessions[session].extent_m));
-    if (scale <= 1.0) return;
-    const auto again = [&](double drift) {
-      problem_.set_drift(session, drift);
-      problem_.state.T_session_keyframe[session] = problem_.state.odometry[session].poses();
-      close_intra_session_loops(session);
-    };
-    again(scale);
-    if (accepted_within(session).size() <= accepted) again(1.0);
   }
 
   /// Sessions that drift farther than assumed get the noise that the confirmed pairs say, for good:
