@@ -304,6 +304,7 @@ Finding check_unmoved(const AgreementFigures& agreement, Finding finding) {
   if (!stands && agreement.identity < agreement.given + kBetter) return finding;
   if (!passes && !contradicts && !in_world) return finding;
   finding.severity = Severity::kWrong;
+  finding.limits = {};
   finding.message = text(
       "the scans agree best without any motion (%.0f %% of the points lie on surfaces of the scan "
       "before, %.0f %% under the given poses): they look transformed to the world frame already; "
@@ -390,6 +391,7 @@ Finding check_motion(const AgreementFigures& agreement) {
       "under the motion that the scans show",
       100.0 * agreement.given, 100.0 * agreement.registered);
   if (explained) {
+    finding.limits = {};
     finding.severity = gain >= kSurelyExplains ? Severity::kWrong : Severity::kSuspicious;
     finding.message = figures + ": ";
     for (std::size_t i = 0; i < agreement.remedies.size(); ++i) {

@@ -114,6 +114,7 @@ Finding check_units(const RangeFigures& ranges) {
         ranges.largest_m);
   } else if (ranges.largest_m < kNearest_m) {
     finding.severity = Severity::kWrong;
+    finding.limits = {};
     finding.message = text(
         "99 %% of the points are nearer than %.3f m: they look like kilometres or are normalised; "
         "convert them to metres",

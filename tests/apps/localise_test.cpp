@@ -46,6 +46,7 @@ TEST_CASE("of a log with two sessions each is localised by itself, or the one wi
   const Words both = {"localise", project.directory / "both.lcmlog", "--store", project.store};
   check_fails(run_unimapper(both, {"--session", "sunday"}), "it holds monday, tuesday");
   CHECK_THAT(run_well(both, {"--session", "tuesday"}).out, !Contains("session monday"));
+  check_fails(run_unimapper(both, {"--out", project.directory / "both.tum"}), "overlap in time");
   CHECK_THAT(run_well(both).out, Contains("session monday") && Contains("session tuesday"));
   const nlohmann::json all = nlohmann::json::parse(run_well(both, {"--json"}).out)["keyframes"];
   CHECK(all.front()["session"] == "monday");

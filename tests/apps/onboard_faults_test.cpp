@@ -45,11 +45,11 @@ TEST_CASE("a sensor that does not fit its cells is named before the first scan, 
       fixture.directory.write("config.json", R"({"voxel": {"max_cells": 64}})");
   const std::string full = fixture.done({"--surroundings", "outdoors", "--config", config});
   const std::size_t before = full.find("sensor and preset do not fit: in a dense street vlp-16");
-  const std::size_t after = full.find("all 64 fine cells are full");
+  const std::size_t after = full.find("no room for more fine cells (at most 64)");
   REQUIRE(before != std::string::npos);
   REQUIRE(after != std::string::npos);
   CHECK(before < after);
-  CHECK(full.find("all 64 fine cells are full", after + 1) == std::string::npos);
+  CHECK(full.find("no room for more fine cells (at most 64)", after + 1) == std::string::npos);
   CHECK_THAT(full, Contains("voxel.max_cells to 87146"));
   CHECK_THAT(fixture.done(kOutdoors), !Contains("do not fit") && !Contains("are full"));
 }

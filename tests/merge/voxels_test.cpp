@@ -262,6 +262,21 @@ TEST_CASE("Intensities of sessions on another scale are brought to the highest o
   const SessionVoxels few = session_of(0, 199, 0.3);
   CHECK(intensity_factors({&high, &few})[1] == 1.0F);
 
+  // A session that joins two groups later, in whatever order they come.
+  const SessionVoxels bridge = session_of(750, 1000, 2.4);
+  const SessionVoxels far_low = session_of(1500, 1000, 0.3);
+  for (const auto& [order, lower] : std::vector<std::pair<std::vector<const SessionVoxels*>, int>>{
+           {{&high, &far_low, &bridge}, 1}, {{&bridge, &high, &far_low}, 2}}) {
+    CHECK(intensity_factors(order)[static_cast<std::size_t>(lower)] ==
+          Approx(2.4F / 0.3F).epsilon(0.15));
+  }
+  // A driver that fills the field with its end tells nothing.
+  SessionVoxels filled(0.2F);
+  for (std::int32_t i = 500; i < 1500; ++i) {
+    filled.add({i, 2, 3}, Eigen::Vector3f::Zero(), {Eigen::Vector3f::Zero(), 1, 0, 255});
+  }
+  CHECK(intensity_factors({&low, &filled})[0] == 1.0F);
+
   const auto map = unite({&high, &low}, nullptr, factors);
   CHECK((*map.begin()).intensity == 96);
   const auto of_low = unite({&low}, nullptr, {40.0F});

@@ -41,8 +41,10 @@ struct Answers {
   std::vector<double> durations_ms;
 };
 
+/// In the epoch that was asked for, or that of earlier answers: a base may merge meanwhile.
 merge::Localiser localiser_of(const LocaliseOptions& options, Answers& answers) {
-  StoredMap map = read_stored_map(options.store, options.epoch);
+  StoredMap map =
+      read_stored_map(options.store, answers.epoch == 0 ? options.epoch : answers.epoch);
   if (options.threads) map.config.threads = *options.threads;
   answers.epoch = map.epoch;
   return {std::move(map.sessions), map.posed, map.config};
@@ -152,6 +154,11 @@ void print_text(const Answers& answers) {
 
 void write_poses(const LocaliseOptions& options, const Answers& answers) {
   if (options.out.empty()) return;
+  if (!std::is_sorted(answers.stamps_ns.begin(), answers.stamps_ns.end())) {
+    throw std::runtime_error("--out: the sessions of " + options.run.string() +
+                             " overlap in time, so they are no one trajectory; choose one with "
+                             "--session");
+  }
   FileReplacement file(options.out);
   std::vector<std::int64_t> stamps_ns;
   std::vector<Pose> poses;

@@ -160,7 +160,8 @@ void Replay::warn_of_full_cells(const KeyframeStatistics& statistics) {
   warned_of_full_cells_ = true;
   const PipelineConfig& config = pipeline_.config();
   const std::string text = fmt::format(
-      "warning: all {} fine cells are full, {} points of this keyframe stay static unseen: lower "
+      "warning: no room for more fine cells (at most {}), {} points of this keyframe stay static "
+      "unseen: lower "
       "keyframe.range_max_m ({:.0f}) or raise voxel.max_cells (--config), or choose a larger "
       "--preset",
       config.voxel.max_cells, points, config.keyframe.range_max_m);

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -37,6 +39,9 @@ class Ratios {
   std::size_t total_ = 0;
 };
 
+/// What lies at the end of the scale tells nothing about it.
+constexpr float kSaturated = 250.0F;
+
 using Pairs = std::map<std::pair<std::size_t, std::size_t>, Ratios>;
 
 /// Compares every session with the first one that knows an intensity of the voxel.
@@ -49,6 +54,7 @@ void compare_tile(const std::vector<const SessionVoxels*>& sessions, const MapTi
     sessions[s]->visit(tile, [&](VoxelKey key, const SessionVoxels::Voxel& voxel) {
       if (voxel.intensity.count() == 0) return;
       const float mean = voxel.intensity.mean();
+      if (mean > kSaturated) return;
       const std::uint32_t number = table.find_or_insert(key);
       if (number == first.size()) {
         first.emplace_back(s, mean);
@@ -75,20 +81,28 @@ std::vector<float> intensity_factors(const std::vector<const SessionVoxels*>& se
   Pairs pairs;
   for (const MapTile& tile : tiles) compare_tile(sessions, tile, pairs);
 
-  // What brings each session to the scale of the first of its group, by way of the earlier session
-  // with which it shares most.
+  // What brings each session to the scale of its group: by way of those with which it shares most.
+  std::vector<std::pair<std::size_t, std::pair<std::size_t, std::size_t>>> by_total;
+  for (const auto& [pair, ratios] : pairs) {
+    if (ratios.total() >= kLeastVoxels) by_total.emplace_back(ratios.total(), pair);
+  }
+  std::sort(by_total.rbegin(), by_total.rend());
   std::vector<double> scale(sessions.size(), 0.0);
   std::vector<std::size_t> group(sessions.size());
-  std::vector<double> least(sessions.size(), 0.0);
-  for (std::size_t s = 0; s < sessions.size(); ++s) {
-    group[s] = s;
-    std::size_t most = kLeastVoxels;
-    for (const auto& [pair, ratios] : pairs) {
-      if (pair.second != s || ratios.total() < most) continue;
-      most = ratios.total();
-      scale[s] = scale[pair.first] + ratios.scale();
-      group[s] = group[pair.first];
+  std::iota(group.begin(), group.end(), std::size_t{0});
+  for (const auto& [total, pair] : by_total) {
+    const auto [one, other] = pair;
+    const std::size_t joined = group[other];
+    if (joined == group[one]) continue;
+    const double shift = scale[one] + pairs.at(pair).scale() - scale[other];
+    for (std::size_t s = 0; s < sessions.size(); ++s) {
+      if (group[s] != joined) continue;
+      scale[s] += shift;
+      group[s] = group[one];
     }
+  }
+  std::vector<double> least(sessions.size(), std::numeric_limits<double>::max());
+  for (std::size_t s = 0; s < sessions.size(); ++s) {
     least[group[s]] = std::min(least[group[s]], scale[s]);
   }
   for (std::size_t s = 0; s < sessions.size(); ++s) {
