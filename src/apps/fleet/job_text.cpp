@@ -8,29 +8,29 @@
 namespace unimapper::apps {
 namespace {
 
-using nlohmann::json;
+using JobJson = nlohmann::json;
 
-json numbers_of(const Pose& pose) {
-  json numbers = json::array();
+JobJson numbers_of(const Pose& pose) {
+  JobJson numbers = JobJson::array();
   for (const double number : pose.rotation.reshaped()) numbers.push_back(number);
   for (const double number : pose.translation) numbers.push_back(number);
   return numbers;
 }
 
-double number_in(const json& value) {
+double number_in(const JobJson& value) {
   if (!value.is_number()) throw std::runtime_error("a number is missing");
   return value.get<double>();
 }
 
-const json& array_in(const json& value, std::size_t size) {
+const JobJson& array_in(const JobJson& value, std::size_t size) {
   if (!value.is_array() || value.size() != size) {
     throw std::runtime_error("an array of " + std::to_string(size) + " is missing");
   }
   return value;
 }
 
-Pose pose_in(const json& value) {
-  const json& numbers = array_in(value, 12);
+Pose pose_in(const JobJson& value) {
+  const JobJson& numbers = array_in(value, 12);
   Pose pose;
   for (int i = 0; i < 9; ++i) {
     pose.rotation.reshaped()[i] = number_in(numbers[static_cast<std::size_t>(i)]);
@@ -41,26 +41,26 @@ Pose pose_in(const json& value) {
   return pose;
 }
 
-json id_of(KeyframeId k) { return json::array({k.session, k.keyframe}); }
+JobJson id_of(KeyframeId k) { return JobJson::array({k.session, k.keyframe}); }
 
-KeyframeId id_in(const json& value) {
-  const json& numbers = array_in(value, 2);
+KeyframeId id_in(const JobJson& value) {
+  const JobJson& numbers = array_in(value, 2);
   return {numbers[0].get<std::uint32_t>(), numbers[1].get<std::uint32_t>()};
 }
 
-merge::JobKeyframe keyframe_in(const json& value) {
-  const json& up = array_in(value.at("up"), 4);
+merge::JobKeyframe keyframe_in(const JobJson& value) {
+  const JobJson& up = array_in(value.at("up"), 4);
   return {id_in(value.at("id")),
           value.at("name").get<std::string>(),
           pose_in(value.at("T_odometry_keyframe")),
           {up[0].get<bool>(), up[1].get<float>(), up[2].get<float>(), up[3].get<float>()}};
 }
 
-KeyedOutcome outcome_in(const json& value) {
+KeyedOutcome outcome_in(const JobJson& value) {
   KeyedOutcome keyed;
   keyed.key = value.at("key").get<std::string>();
   keyed.outcome.T_match_query = pose_in(value.at("T_match_query"));
-  const json& information = array_in(value.at("information"), 36);
+  const JobJson& information = array_in(value.at("information"), 36);
   for (int i = 0; i < 36; ++i) {
     keyed.outcome.information.reshaped()[i] = number_in(information[static_cast<std::size_t>(i)]);
   }
@@ -74,8 +74,8 @@ KeyedOutcome outcome_in(const json& value) {
 template <typename Read>
 auto parsed(std::string_view text, const char* what, const Read& read) {
   try {
-    return read(json::parse(text));
-  } catch (const json::exception& error) {
+    return read(JobJson::parse(text));
+  } catch (const JobJson::exception& error) {
     throw std::runtime_error(std::string(what) + " is damaged: " + error.what());
   }
 }
@@ -83,7 +83,7 @@ auto parsed(std::string_view text, const char* what, const Read& read) {
 }  // namespace
 
 std::string job_text(const merge::LoopJob& job) {
-  json keyframes = json::array();
+  JobJson keyframes = JobJson::array();
   for (const merge::JobKeyframe& k : job.keyframes) {
     keyframes.push_back(
         {{"id", id_of(k.id)},
@@ -91,34 +91,34 @@ std::string job_text(const merge::LoopJob& job) {
          {"T_odometry_keyframe", numbers_of(k.T_odometry_keyframe)},
          {"up", {k.up.known, k.up.variance_x, k.up.covariance_xy, k.up.variance_y}}});
   }
-  json questions = json::array();
+  JobJson questions = JobJson::array();
   for (const merge::LoopQuestion& question : job.questions) {
     questions.push_back({{"query", id_of(question.query)},
                          {"match", id_of(question.match)},
                          {"T_match_query", numbers_of(question.T_match_query)},
                          {"fingerprint", question.fingerprint}});
   }
-  return json{{"name", job.name},
-              {"merge", job.merge},
-              {"config", json::parse(dump_config(job.config))},
-              {"limit", {job.limit.translation_m, job.limit.rotation_rad}},
-              {"keyframes", keyframes},
-              {"questions", questions}}
-      .dump(-1, ' ', false, json::error_handler_t::replace);
+  return JobJson{{"name", job.name},
+                 {"merge", job.merge},
+                 {"config", JobJson::parse(dump_config(job.config))},
+                 {"limit", {job.limit.translation_m, job.limit.rotation_rad}},
+                 {"keyframes", keyframes},
+                 {"questions", questions}}
+      .dump(-1, ' ', false, JobJson::error_handler_t::replace);
 }
 
 merge::LoopJob job_from(std::string_view text) {
-  return parsed(text, "a job", [](const json& value) {
+  return parsed(text, "a job", [](const JobJson& value) {
     merge::LoopJob job;
     job.name = value.at("name").get<std::string>();
     job.merge = value.at("merge").get<std::string>();
     parse_config(value.at("config").dump(), "a job", job.config);
-    const json& limit = array_in(value.at("limit"), 2);
+    const JobJson& limit = array_in(value.at("limit"), 2);
     job.limit = {number_in(limit[0]), number_in(limit[1])};
-    for (const json& keyframe : value.at("keyframes")) {
+    for (const JobJson& keyframe : value.at("keyframes")) {
       job.keyframes.push_back(keyframe_in(keyframe));
     }
-    for (const json& question : value.at("questions")) {
+    for (const JobJson& question : value.at("questions")) {
       job.questions.push_back({id_in(question.at("query")), id_in(question.at("match")),
                                pose_in(question.at("T_match_query")),
                                question.at("fingerprint").get<std::uint64_t>()});
@@ -128,9 +128,9 @@ merge::LoopJob job_from(std::string_view text) {
 }
 
 std::string answer_text(const JobAnswer& answer) {
-  json outcomes = json::array();
+  JobJson outcomes = JobJson::array();
   for (const KeyedOutcome& keyed : answer.outcomes) {
-    json information = json::array();
+    JobJson information = JobJson::array();
     for (const double number : keyed.outcome.information.reshaped()) information.push_back(number);
     outcomes.push_back({{"key", keyed.key},
                         {"T_match_query", numbers_of(keyed.outcome.T_match_query)},
@@ -138,22 +138,23 @@ std::string answer_text(const JobAnswer& answer) {
                         {"overlap", keyed.outcome.overlap},
                         {"reason", keyed.outcome.decision.reason}});
   }
-  return json{{"job", answer.job},
-              {"worker", answer.worker},
-              {"fault", answer.fault},
-              {"set_aside", answer.is_set_aside},
-              {"outcomes", outcomes}}
-      .dump(-1, ' ', false, json::error_handler_t::replace);
+  return JobJson{{"job", answer.job},
+                 {"worker", answer.worker},
+                 {"fault", answer.fault},
+                 {"set_aside", answer.is_set_aside},
+                 {"outcomes", outcomes}}
+      .dump(-1, ' ', false, JobJson::error_handler_t::replace);
 }
 
 JobAnswer answer_from(std::string_view text) {
-  return parsed(text, "an answer", [](const json& value) {
+  return parsed(text, "an answer", [](const JobJson& value) {
     JobAnswer answer;
     answer.job = value.at("job").get<std::string>();
     answer.worker = value.at("worker").get<std::string>();
     answer.fault = value.at("fault").get<std::string>();
     answer.is_set_aside = value.at("set_aside").get<bool>();
-    for (const json& outcome : value.at("outcomes")) answer.outcomes.push_back(outcome_in(outcome));
+    for (const JobJson& outcome : value.at("outcomes"))
+      answer.outcomes.push_back(outcome_in(outcome));
     return answer;
   });
 }
