@@ -12,10 +12,30 @@ namespace unimapper::nats_port {
 namespace {
 
 constexpr std::int64_t kConnectMs = 2000;
+/// A server that has stopped to read must not hold up a sender for longer.
+constexpr std::int64_t kWriteMs = 5000;
+/// A link that is dead without a word is closed after two pings without an answer.
+constexpr std::int64_t kPingMs = 10'000;
+constexpr int kMaxPingsOut = 2;
 /// Repetitions of a message within this time are one message.
 constexpr std::int64_t kDuplicatesNs = 600'000'000'000;
 
 using Options = std::unique_ptr<natsOptions, Destroyer<&natsOptions_Destroy>>;
+
+/// "_INBOX", with the user where that is known and fits into a subject.
+std::string inbox_prefix_of(const Server& server) {
+  std::string user;
+  if (const auto password = password_of(server.credentials)) {
+    user = password->first;
+  } else if (!server.credentials.empty() && server.credentials.extension() != ".creds") {
+    for (const std::string& line : lines_of(server.credentials)) {
+      if (line[0] == 'U') user = line;
+    }
+  } else {
+    user = user_of(server);
+  }
+  return is_site_name(user) ? "_INBOX." + user : "_INBOX";
+}
 
 /// Of an NKEY the server wants the public key, which libnats does not make from the seed.
 void use_credentials(natsOptions* options, const std::filesystem::path& file) {
@@ -49,6 +69,10 @@ Options options_of(const Server& server) {
   for (const std::string& url : all) urls.push_back(url.c_str());
   require(natsOptions_SetServers(made, urls.data(), static_cast<int>(urls.size())), "addresses");
   require(natsOptions_SetTimeout(made, kConnectMs), "NATS");
+  require(natsOptions_SetWriteDeadline(made, kWriteMs), "NATS");
+  require(natsOptions_SetPingInterval(made, kPingMs), "NATS");
+  require(natsOptions_SetMaxPingsOut(made, kMaxPingsOut), "NATS");
+  require(natsOptions_SetCustomInboxPrefix(made, inbox_prefix_of(server).c_str()), "NATS");
   // Whoever uses it connects anew, and then looks again for what is to be done.
   require(natsOptions_SetAllowReconnect(made, false), "NATS");
   const bool is_tls = server.url.find("tls://") != std::string::npos || !server.ca.empty() ||
@@ -89,7 +113,7 @@ void require(natsStatus status, const std::string& what) {
   throw NatsError(what + ": " + std::string(text));
 }
 
-Connection::Connection(const Server& server) {
+Connection::Connection(const Server& server) : inbox_prefix_(inbox_prefix_of(server)) {
   const Options options = options_of(server);
   natsConnection* connection = nullptr;
   require(natsConnection_Connect(&connection, options.get()), shown(server));
@@ -97,6 +121,14 @@ Connection::Connection(const Server& server) {
   jsCtx* jetstream = nullptr;
   require(natsConnection_JetStream(&jetstream, connection, nullptr), shown(server));
   jetstream_.reset(jetstream);
+}
+
+std::string Connection::make_inbox() const {
+  natsInbox* inbox = nullptr;
+  require(natsInbox_Create(&inbox), "NATS");
+  const std::string random = std::string(inbox).substr(std::string_view("_INBOX").size());
+  natsInbox_Destroy(inbox);
+  return inbox_prefix_ + random + ".";
 }
 
 bool Connection::is_open() const {
@@ -123,6 +155,9 @@ void Connection::require_streams() const {
   config.Retention = js_WorkQueuePolicy;
   config.Discard = js_DiscardNew;
   config.Duplicates = kDuplicatesNs;
+  // A site may not ask for that, but its messages may have their answers sent to where one asks.
+  config.DenyPurge = true;
+  config.DenyDelete = true;
   require_stream(jetstream(), config);
   std::array<const char*, 1> sites{kSiteSubjects};
   require(jsStreamConfig_Init(&config), "a stream");
@@ -131,6 +166,8 @@ void Connection::require_streams() const {
   config.SubjectsLen = 1;
   config.Storage = js_FileStorage;
   config.MaxMsgsPerSubject = 1;
+  config.DenyPurge = true;
+  config.DenyDelete = true;
   require_stream(jetstream(), config);
 }
 

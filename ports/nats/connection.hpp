@@ -40,6 +40,9 @@ class Connection {
   [[nodiscard]] std::int64_t max_payload() const;
   /// The connection itself.
   [[nodiscard]] natsConnection* handle() const { return connection_.get(); }
+  /// Beginning of the subjects that answers to this program come on, with a dot at its end:
+  /// _INBOX.USER.RANDOM. where the user is known, so that permissions can tell users apart.
+  [[nodiscard]] std::string make_inbox() const;
   /// JetStream on it.
   [[nodiscard]] jsCtx* jetstream() const { return jetstream_.get(); }
   /// Sends text without an answer. Throws NatsError.
@@ -50,6 +53,7 @@ class Connection {
  private:
   std::unique_ptr<natsConnection, Destroyer<&natsConnection_Destroy>> connection_;
   std::unique_ptr<jsCtx, Destroyer<&jsCtx_Destroy>> jetstream_;
+  std::string inbox_prefix_;
 };
 
 /// Pauses between attempts that fail: each twice as long as the one before, up to 30 s.

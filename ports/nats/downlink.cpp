@@ -1,6 +1,7 @@
 #include "ports/nats/downlink.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <map>
@@ -25,6 +26,8 @@ constexpr std::size_t kAheadMessages = 256;
 constexpr std::size_t kAheadBytes = 8U << 20U;
 constexpr int kFetchMessages = 16;
 constexpr std::int64_t kFetchMs = 200;
+/// How often the server is asked whether all is well while nothing comes.
+constexpr milliseconds kLookInterval{5000};
 /// Postponed messages come after 1, 2, 4, ... seconds, at last after 1024.
 constexpr std::uint64_t kLongestPauseExponent = 10;
 /// A session so often without a keyframe will never have one: 26 hours.
@@ -135,6 +138,7 @@ class Fetcher {
         natsSubscription_Fetch(&list, subscription_.get(), kFetchMessages, kFetchMs, nullptr);
     if (status == NATS_TIMEOUT) {
       if (!connection_->is_open()) throw NatsError("the connection has ended");
+      if (std::chrono::steady_clock::now() >= next_look_) look();
       return;
     }
     require(status, "the connection has ended");
@@ -142,7 +146,41 @@ class Fetcher {
     natsMsgList_Destroy(&list);
   }
 
+  /// Throws NatsError for a link without an answer, for missing permissions, and where the stream
+  /// holds messages that the consumer will never send: a power failure has set the stream back
+  /// behind it. Then the consumer is removed, and made anew with the next connection.
+  void look() {
+    next_look_ = std::chrono::steady_clock::now() + kLookInterval;
+    const char* reason = nullptr;
+    if (natsConnection_GetLastError(connection_->handle(), &reason) != NATS_OK) {
+      throw NatsError(reason == nullptr ? "the server refuses something" : reason);
+    }
+    jsCtx* const jetstream = connection_->jetstream();
+    jsStreamInfo* stream = nullptr;
+    require(js_GetStreamInfo(&stream, jetstream, kKeyframeStream, nullptr, nullptr), "the stream");
+    const std::uint64_t held = stream->State.Msgs;
+    jsStreamInfo_Destroy(stream);
+    jsConsumerInfo* consumer = nullptr;
+    require(js_GetConsumerInfo(&consumer, jetstream, kKeyframeStream, kCentre, nullptr, nullptr),
+            "the consumer");
+    const std::uint64_t known =
+        consumer->NumPending + static_cast<std::uint64_t>(consumer->NumAckPending);
+    jsConsumerInfo_Destroy(consumer);
+    const bool is_behind = held > known;
+    // Between the two questions something may have been acknowledged.
+    if (!std::exchange(was_behind_, is_behind) || !is_behind) {
+      if (is_behind) next_look_ = {};
+      return;
+    }
+    was_behind_ = false;
+    require(js_DeleteConsumer(jetstream, kKeyframeStream, kCentre, nullptr, nullptr),
+            "the consumer");
+    throw NatsError("the stream has lost messages and is read from its beginning");
+  }
+
   void push(natsMsg* message) {
+    // What is forged may have no place for an answer.
+    if (natsMsg_GetReply(message) == nullptr) return;
     const auto* const data = reinterpret_cast<const std::uint8_t*>(natsMsg_GetData(message));
     Delivery delivery{natsMsg_GetSubject(message),
                       natsMsg_GetReply(message),
@@ -182,6 +220,8 @@ class Fetcher {
   Pauses pauses_;  ///< the thread's own, as all up to `trouble_`
   milliseconds pause_{0};
   Subscription subscription_;
+  std::chrono::steady_clock::time_point next_look_{};
+  bool was_behind_ = false;  ///< at the last look: the consumer behind the stream
   std::string trouble_ = "nothing was tried yet";  ///< as it was told last
   std::mutex connection_mutex_;
   std::unique_ptr<Connection> connection_;  ///< replaced by the thread only
@@ -242,10 +282,10 @@ class NatsDownlink final : public Downlink {
   void remove_summary(const wire::KeyframeName& name) override { storage_.remove_summary(name); }
   void keep(const wire::HealthMessage& health) override { storage_.keep(health); }
   wire::Committed commit_due(std::int64_t now_ns) override {
-    return settle(storage_.commit_due(now_ns));
+    return acknowledge_stored(storage_.commit_due(now_ns));
   }
   wire::Committed commit_all(std::int64_t now_ns) override {
-    return settle(storage_.commit_all(now_ns));
+    return acknowledge_stored(storage_.commit_all(now_ns));
   }
   std::optional<wire::StoredSession> find(const SessionId& id) override {
     return storage_.find(id);
@@ -314,7 +354,7 @@ class NatsDownlink final : public Downlink {
     }
   }
 
-  wire::Committed settle(wire::Committed committed) {
+  wire::Committed acknowledge_stored(wire::Committed committed) {
     for (const wire::KeyframeName& name : committed.keyframes) {
       const auto waiting = keyframes_.extract(name);
       // Some came from robots.

@@ -34,8 +34,9 @@ struct DownlinkCounters {
 };
 
 /// Storage that hands everything on to another one and acknowledges to the stream what that one has
-/// committed. A thread of its own fetches messages, at most about 16 MB ahead. All functions but
-/// those of the storage's own queries are for the thread that feeds the receiver.
+/// committed. A thread of its own fetches messages, ahead until it has
+/// 8 MB, and then at most 16 messages more. All functions but those of the storage's own queries
+/// are for the thread that feeds the receiver.
 class Downlink : public wire::KeyframeStorage {
  public:
   /// Hands messages that have come to a receiver whose storage this is, as it would take them from

@@ -79,6 +79,12 @@ std::string shown(const Server& server) {
   return text;
 }
 
+std::string user_of(const Server& server) {
+  const std::string first = addresses(server).front();
+  const std::string_view user = split(first).user;
+  return std::string(user.substr(0, user.find(':')));
+}
+
 std::vector<std::string> lines_of(const std::filesystem::path& file) {
   std::ifstream in(file);
   if (!in) throw NatsError(file.string() + ": cannot be read");

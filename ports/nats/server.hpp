@@ -31,6 +31,8 @@ struct Server {
 std::vector<std::string> addresses(const Server& server);
 /// All of them without passwords, for people.
 std::string shown(const Server& server);
+/// The user that the first address names, or nothing.
+std::string user_of(const Server& server);
 /// Throws NatsError for what is no address, for a server beyond this machine without credentials or
 /// with a password in the clear, and for a file that cannot be read.
 void check(const Server& server);

@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <set>
 #include <string_view>
 #include <thread>
@@ -39,6 +40,8 @@ constexpr milliseconds kRecount{60'000};
 /// How often the stream is told how the site is.
 constexpr milliseconds kStatusInterval{10'000};
 constexpr milliseconds kFinish{5000};
+/// Of the server: a message is larger than its stream takes.
+constexpr int kMessageTooLarge = 10054;
 
 /// A message with its answer.
 struct Letter {
@@ -47,7 +50,17 @@ struct Letter {
   const std::vector<std::uint8_t>* bytes = nullptr;
   bool is_answered = false;
   bool is_kept = false;
+  bool is_too_large = false;  ///< for the stream, though not for the server
 };
+
+/// What nobody else knows: with it another site cannot use up the id of a message. It is of the
+/// run, as what is sent on demand once more must not be taken for what the stream had before.
+std::string make_secret() {
+  std::random_device random;
+  std::string secret;
+  for (int i = 0; i < 4; ++i) secret += "." + std::to_string(random());
+  return secret;
+}
 
 /// What a session's message says; an end that was said is not taken back, as messages may overtake.
 std::vector<std::uint8_t> message_of(const wire::SessionSummary& session) {
@@ -64,10 +77,7 @@ class Line {
  public:
   explicit Line(const Server& server) : connection_(server) {
     connection_.require_streams();
-    natsInbox* inbox = nullptr;
-    require(natsInbox_Create(&inbox), "NATS");
-    inbox_ = std::string(inbox) + ".";
-    natsInbox_Destroy(inbox);
+    inbox_ = connection_.make_inbox();
     natsSubscription* subscription = nullptr;
     require(
         natsConnection_SubscribeSync(&subscription, connection_.handle(), (inbox_ + "*").c_str()),
@@ -132,20 +142,23 @@ class Line {
     std::size_t number = letters.size();
     (void)std::from_chars(subject.data() + prefix.size(), subject.data() + subject.size(), number);
     if (number >= letters.size() || std::exchange(letters[number].is_answered, true)) return false;
-    const std::string fault = fault_of(answer);
-    letters[number].is_kept = fault.empty();
+    const std::string fault = fault_of(answer, letters[number]);
+    letters[number].is_kept = fault.empty() && !letters[number].is_too_large;
     if (reason.empty()) reason = fault;
     return true;
   }
 
-  /// Why the message was not kept, empty if it was.
-  static std::string fault_of(const Message& answer) {
+  /// Why the message was not kept; empty if it was, or is a keyframe that is too large.
+  static std::string fault_of(const Message& answer, Letter& letter) {
     if (natsMsg_IsNoResponders(answer.get())) return "there is no stream, or no JetStream";
     const char* const data = natsMsg_GetData(answer.get());
     const auto json =
         nlohmann::json::parse(data, data + natsMsg_GetDataLength(answer.get()), nullptr, false);
     if (!json.is_object()) return "the stream's answer is none";
     if (!json.contains("error")) return {};
+    letter.is_too_large =
+        !letter.id.empty() && json["error"].value("err_code", 0) == kMessageTooLarge;
+    if (letter.is_too_large) return {};
     return "the stream refuses messages: " + json["error"].value("description", "no reason given");
   }
 
@@ -295,23 +308,25 @@ class NatsUplink final : public Uplink {
   bool is_too_large(const store::OutgoingKeyframe& keyframe) {
     const auto bytes = static_cast<std::int64_t>(keyframe.bytes.size()) + kHeaderBytes;
     if (bytes <= line_->max_payload()) return false;
+    leave_out(keyframe, "the server takes messages of " + std::to_string(line_->max_payload()) +
+                            " (max_payload in its configuration)");
+    return true;
+  }
+
+  void leave_out(const store::OutgoingKeyframe& keyframe, const std::string& reason) {
     ++left_out_;
     count([](UplinkCounters& counters) { ++counters.too_large; });
-    if (!std::exchange(told_too_large_, true)) {
-      options_.report("warning: a keyframe of " + std::to_string(keyframe.bytes.size()) +
-                      " bytes stays at the site: the server takes messages of " +
-                      std::to_string(line_->max_payload()) + " (max_payload in its configuration)");
-    }
-    return true;
+    if (std::exchange(told_too_large_, true)) return;
+    options_.report("warning: a keyframe of " + std::to_string(keyframe.bytes.size()) +
+                    " bytes stays at the site: " + reason);
   }
 
   void send(store::Outbox::Marks& outgoing) {
     std::vector<Letter> letters;
     for (const store::OutgoingKeyframe& one : outgoing.keyframes) {
-      const Subject subject{options_.site, one.name.session, one.name.sequence};
-      // A keyframe has one identity, whichever site it came through.
-      const std::string text = to_text(subject);
-      letters.push_back({text, text.substr(text.find('.', text.find('.') + 1) + 1), &one.bytes});
+      const std::string text = to_text({options_.site, one.name.session, one.name.sequence});
+      const std::string checksum = std::to_string(wire::crc32(one.bytes));
+      letters.push_back({text, text + "." + checksum + secret_, &one.bytes});
     }
     for (const store::OutgoingSession& one : outgoing.sessions) {
       letters.push_back(
@@ -331,7 +346,9 @@ class NatsUplink final : public Uplink {
     std::size_t number = 0;  // of the letter
     store::Outbox::Marks kept;
     for (auto& one : outgoing.keyframes) {
-      if (letters[number++].is_kept) kept.keyframes.push_back(std::move(one));
+      const Letter& letter = letters[number++];
+      if (letter.is_too_large) leave_out(one, "the stream takes no message as large");
+      if (letter.is_kept) kept.keyframes.push_back(std::move(one));
     }
     for (auto& one : outgoing.sessions) {
       if (letters[number++].is_kept) kept.sessions.push_back(std::move(one));
@@ -359,6 +376,7 @@ class NatsUplink final : public Uplink {
   }
 
   UplinkOptions options_;
+  const std::string secret_ = make_secret();
   store::Outbox outbox_;        ///< the thread's own, as all up to `trouble_`
   std::unique_ptr<Line> line_;  ///< null: not connected
   Pauses pauses_;

@@ -248,6 +248,101 @@ TEST_CASE("forged messages are dropped for good and do not stop what follows") {
   check_same(site, centre);
 }
 
+TEST_CASE("a centre that has lost its store gets all of it again at once") {
+  if (!TestServer::is_installed()) return;
+  const TestServer server;
+  Site site;
+  site.drive(kAlpha, 3);
+  site.uplink(server)->finish();
+  {
+    Centre lost(server);
+    lost.run_until_stored(3);
+    lost.run_until([&] { return waiting_in(server) == 0; });
+  }
+  CHECK(site.uplink(server, true)->finish().keyframes == 3);
+  Centre centre(server);
+  centre.run_until_stored(3);
+  check_same(site, centre);
+}
+
+TEST_CASE("the permissions of the guide are enough, and no way to others' keyframes") {
+  if (!TestServer::is_installed()) return;
+  const TestServer server(
+      "authorization { users: [ { user: centre, password: c }\n"
+      "{ user: north, password: n, permissions: {\n"
+      "  publish: [\"unimapper.north.>\", \"$JS.API.STREAM.INFO.*\"],\n"
+      "  subscribe: [\"_INBOX.north.>\"] } } ] }\n"
+      "no_auth_user: centre");
+  // The names of its messages, used up.
+  const auto north = std::make_unique<Connection>(server.address("north:n@"));
+  jsPubOptions options;
+  require(jsPubOptions_Init(&options), "");
+  const std::string subject = to_text({"north", kAlpha.id, 0});
+  const std::string id = subject.substr(std::string_view("unimapper.north.").size());
+  options.MsgId = id.c_str();
+  require(js_Publish(nullptr, north->jetstream(), subject.c_str(), "x", 1, &options, nullptr), "");
+  Site site;
+  site.drive(kAlpha, 3);
+  const auto uplink = start_uplink(
+      {server.address("north:n@"), site.folder.path(), "north", false, site.sayings.take()},
+      site.base.store.lock());
+  wait_until([&] { return uplink->counters().keyframes == 3; });
+  // An answer that goes to where one asks for a purge.
+  const std::string purge = std::string("$JS.API.STREAM.PURGE.") + kKeyframeStream;
+  require(natsConnection_PublishRequestString(north->handle(), subject.c_str(), purge.c_str(), "x"),
+          "");
+  require(natsConnection_Flush(north->handle()), "");
+  wait_until([&] { return waiting_in(server) >= 6; });
+  Centre centre(server);
+  centre.run_until_stored(3);
+  check_same(site, centre);
+}
+
+TEST_CASE("a stream that a power failure has set back is read from its beginning") {
+  if (!TestServer::is_installed()) return;
+  TestServer server;
+  Site site;
+  site.drive(kAlpha, 1);
+  site.uplink(server)->finish();
+  const std::filesystem::path stream = server.files() / "$G" / "streams" / kKeyframeStream;
+  server.kill();
+  std::filesystem::copy(stream / "msgs", stream / "before");
+  server.start();
+  site.drive(kBeta, 8);
+  const auto uplink = site.uplink(server);
+  Centre centre(server);
+  centre.run_until_stored(9);
+  centre.run_until([&] { return waiting_in(server) == 0; });
+  server.kill(SIGTERM);
+  std::filesystem::remove_all(stream / "msgs");
+  std::filesystem::rename(stream / "before", stream / "msgs");
+  server.start();
+  site.drive({{3, 33}, "gamma", "vlp-16"}, 3);
+  centre.run_until_stored(12);
+  check_same(site, centre);
+  CHECK(centre.sayings.count("has lost messages") == 1);
+}
+
+TEST_CASE("a keyframe larger than the stream's messages keeps no other one back") {
+  if (!TestServer::is_installed()) return;
+  const TestServer server;
+  const auto connection = server.connection();
+  jsStreamInfo* info = nullptr;
+  require(js_GetStreamInfo(&info, connection->jetstream(), kKeyframeStream, nullptr, nullptr), "");
+  info->Config->MaxMsgSize = 4096;
+  require(js_UpdateStream(nullptr, connection->jetstream(), info->Config, nullptr, nullptr), "");
+  jsStreamInfo_Destroy(info);
+  Site site;
+  site.base.feed(wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 0, 3000)));
+  site.base.feed(wire_test::pieces(wire_test::keyframe_of(kAlpha.id, 1, 30)));
+  site.base.advance();
+  const UplinkCounters sent = site.uplink(server)->finish();
+  CHECK(sent.keyframes == 1);
+  CHECK(sent.too_large == 1);
+  CHECK(sent.failures == 0);
+  CHECK(site.sayings.count("the stream takes no message as large") == 1);
+}
+
 TEST_CASE("what a quota of the centre refuses comes again later") {
   if (!TestServer::is_installed()) return;
   const TestServer server;

@@ -34,11 +34,14 @@ class TestServer {
     if (!is_there) WARN("skipped: nats-server is not installed");
     return is_there;
   }
-  [[nodiscard]] Server address() const {
+  /// `user`: USER:PASSWORD@.
+  [[nodiscard]] Server address(const std::string& user = {}) const {
     Server server;
-    server.url = "nats://127.0.0.1:" + std::to_string(port_);
+    server.url = "nats://" + user + "127.0.0.1:" + std::to_string(port_);
     return server;
   }
+  /// Of its JetStream.
+  [[nodiscard]] std::filesystem::path files() const { return folder_ / "jetstream"; }
   /// Returns once it answers.
   void start(const std::string& limits = {}) {
     const std::string port = std::to_string(port_);
@@ -56,10 +59,10 @@ class TestServer {
       usleep(5000);
     }
   }
-  /// Without a chance to write anything.
-  void kill() {
+  /// Without a chance to write anything, or with SIGTERM with one.
+  void kill(int signal = SIGKILL) {
     if (process_ <= 0) return;
-    ::kill(process_, SIGKILL);
+    ::kill(process_, signal);
     waitpid(process_, nullptr, 0);
     process_ = 0;
   }
