@@ -224,6 +224,10 @@ class NatsUplink final : public Uplink {
         has_failed = true;
         line_.reset();
         count([](UplinkCounters& counters) { ++counters.failures; });
+        // A full stream that is being emptied takes some of each batch.
+        const std::uint64_t sent = counters().keyframes;
+        if (sent != sent_at_failure_) pauses_.reset();
+        sent_at_failure_ = sent;
         tell(error.what());
       }
       if (!has_sent && wait(has_failed ? pauses_.next() : kLook)) break;
@@ -380,6 +384,7 @@ class NatsUplink final : public Uplink {
   store::Outbox outbox_;        ///< the thread's own, as all up to `trouble_`
   std::unique_ptr<Line> line_;  ///< null: not connected
   Pauses pauses_;
+  std::uint64_t sent_at_failure_ = 0;
   std::uint64_t left_out_ = 0;  ///< too large, since the outbox was started over
   bool told_too_large_ = false;
   Clock::time_point recount_{};

@@ -72,10 +72,10 @@ class Centre {
             {server.address(), 1U << 20U, std::chrono::milliseconds(300), sayings.take()}, store_)),
         receiver_(limits, *downlink_) {}
 
-  /// As a base does it, until so much of it is true or a few seconds have passed.
+  /// As a base does it, until so much of it is true or 20 seconds have passed.
   template <typename Condition>
   void run_until(const Condition& is_enough) {
-    for (int i = 0; i < 1000 && !is_enough(); ++i) {
+    for (int i = 0; i < 4000 && !is_enough(); ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
       downlink_->take(receiver_);
       receiver_.advance(now_ns_ += kSecondNs);
@@ -203,7 +203,13 @@ TEST_CASE("a site and a centre that end anywhere go on where they were") {
 
 TEST_CASE("a full stream is told once, and what does not fit stays at the site until it does") {
   if (!TestServer::is_installed()) return;
-  const TestServer server("jetstream { max_file_store: 20000 }");
+  const TestServer server;
+  jsStreamInfo* info = nullptr;
+  const auto connection = server.connection();
+  require(js_GetStreamInfo(&info, connection->jetstream(), kKeyframeStream, nullptr, nullptr), "");
+  info->Config->MaxBytes = 20'000;
+  require(js_UpdateStream(nullptr, connection->jetstream(), info->Config, nullptr, nullptr), "");
+  jsStreamInfo_Destroy(info);
   Site site;
   site.drive(kAlpha, 12);
   const auto uplink = site.uplink(server);
