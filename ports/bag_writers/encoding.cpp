@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "ports/bag_writers/byte_buffer.hpp"
+#include "ports/bag_writers/output_file.hpp"
 
 namespace unimapper::bags {
 namespace {
