@@ -3,10 +3,13 @@
 
 usage: checks.py UNIMAPPER FOLDER KIND VALUE SEED...
 
-KIND is none, roll, pitch, yaw (degrees), x, y (m), late (s), mirror (the y axis), over (the LiDAR
+KIND is none, roll, pitch, yaw (degrees), x, y (m), late (s), scale (of the positions), inverted, camera (its
+axes), mirror (the y axis), over (the LiDAR
 upside down, its own odometry), or what happens half way: jump (m to the side), restart (at the origin) or carried (s
 without motion); names (scans in the order of their numbers as text). KIND limits: of the check VALUE
 unit, limits and the largest figure where nothing is wrong.
+ LIVE=PROGRAM: what PROGRAM (live_checks) says while the robot drives: drives, said, said as that, and of these the
+median of the seconds until then and the longest.
  NOISE=DEGREES: of roll and pitch, on top of that. DRIVES=PATTERN: only these; VERBOSE=1: a line for each on stderr.
 """
 import fnmatch
@@ -117,6 +120,13 @@ def make(source, target, kind, value):
     elif kind == "mirror":
         poses = [[[-v if (r == 1) != (c == 1) else v for c, v in enumerate(row)]
                   for r, row in enumerate(pose)] for pose in poses]
+    elif kind == "scale":
+        poses = [[row[:3] + [value * row[3]] for row in pose] for pose in poses]
+    elif kind == "inverted":
+        poses = [inverse(pose) for pose in poses]
+    elif kind == "camera":
+        axes = [[0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0]]
+        poses = [product(product(axes, pose), inverse(axes)) for pose in poses]
     elif kind == "over":
         over = mount("roll", 180.0)
         poses = [product(product(over, pose), over) for pose in poses]
@@ -140,6 +150,31 @@ def make(source, target, kind, value):
 def inspected(unimapper, recording):
     command = [unimapper, "inspect", "--json", recording]
     return json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+
+
+def said_live(program, recording):
+    """Of each part that is said: when, seconds."""
+    lines = subprocess.run([program, recording], capture_output=True, check=True, text=True).stdout.splitlines()
+    return [(line.split()[0], float(line.split()[1]), line) for line in lines]
+
+
+def live(program, folder, kind, value, drives):
+    names = {"late": ("delay",), "inverted": ("motion",), "camera": ("motion",), "mirror": ("motion",),
+             "scale": ("scale",) if 0.5 < value < 2.0 else ("motion",)}
+    said, seconds = 0, []
+    for name in drives:
+        with tempfile.TemporaryDirectory() as target:
+            make(os.path.join(folder, name), target, kind, value)
+            found = said_live(program, target)
+        said += bool(found)
+        true = [at for part, at, _ in found if part in names.get(kind, (kind,))]
+        seconds += true[:1]
+        if os.environ.get("VERBOSE"):
+            print(name, kind, value, *(line for _, _, line in found), sep=" | ", file=sys.stderr, flush=True)
+    if kind == "none":
+        return " | ".join(str(c) for c in [len(drives), said, "", "", ""])
+    times = ["%.0f s" % quantile(seconds, 0.5), "%.0f s" % max(seconds)] if seconds else ["", ""]
+    return " | ".join(str(c) for c in [len(drives), said, len(seconds), *times])
 
 
 def quantile(values, share):
@@ -176,6 +211,8 @@ def main():
     limits = {"roll": 0.5, "pitch": 0.5, "yaw": 0.5, "x": 0.3, "y": 0.3, "late": 0.03}
     drives = [name for name in sorted(os.listdir(folder)) if name.split("-")[0] in sys.argv[5:] and
               fnmatch.fnmatch(name, os.environ.get("DRIVES", "*"))]
+    if os.environ.get("LIVE"):
+        return print(live(os.environ["LIVE"], folder, kind, value, drives))
     said = refused = 0
     errors = []
     for name in drives:

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Checks of a recording, by both of their errors: the tables of docs/design/plausibility.md.
 #
-#   bench/input/checks.sh [SEEDS]   "1 3". A quarter of an hour a seed
+#   bench/input/checks.sh [SEEDS]        "1 3". A quarter of an hour a seed
+#   bench/input/checks.sh SEEDS live     what is said while the robot drives. Minutes
 #
 # Drives of seven LiDARs through several scenes with the default odometry, and some with tilted
 # mounts, noise of the attitude, a swaying body or distorted sweeps, whose poses are then of a
@@ -13,8 +14,9 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 source bench/tables/common.sh
 
 seeds=${1:-1 3}
-out=${OUT:-build/bench/input_checks}
-scans=${SCANS:-200}
+mode=${2:-}
+out=${OUT:-build/bench/input_checks$mode}
+scans=${SCANS:-$([ "$mode" = live ] && echo 300 || echo 200)}
 unimapper=${BIN:-build/release/bin}/unimapper
 
 # drive NAME OPTION...: simulated once
@@ -70,6 +72,30 @@ checks() {
   done
 }
 
+# live KIND VALUE: the same, while the robot drives
+live() {
+  LIVE=$(dirname "$unimapper")/live_checks faulty "$1" "$2"
+}
+
+live_rows() {
+  local value
+  only_layout || drives
+  echo "| what is wrong | drives | said | as what it is | after: median | longest |"
+  rule 6
+  row "nothing" 5 live none 0
+  for value in 2 3 5; do row "yaw by $value degrees" 5 live yaw "$value"; done
+  row "pitch by 2 degrees" 5 live pitch 2
+  row "lever arm, 1.2 m forward" 5 live x 1.2
+  for value in 0.10 0.15; do row "poses late by $value s" 5 live late "$value"; done
+  row "poses early by 0.15 s" 5 live late -0.15
+  row "positions 1.1 times as far" 5 live scale 1.1
+  row "millimetres for metres" 5 live scale 1000
+  row "kilometres for metres" 5 live scale 0.001
+  row "poses inverted" 5 live inverted 0
+  row "axes of a camera" 5 live camera 0
+  row "points mirrored along y" 5 live mirror 0
+}
+
 rows() {
   local value
   only_layout || drives
@@ -97,5 +123,9 @@ rows() {
   row "by 0.5 degrees, and points mirrored along y" 6 scattered 0.5 mirror 0
 }
 
+if [ "$mode" = live ]; then
+  table live-checks live_rows
+  exit
+fi
 table input-checks rows
 table input-check-limits checks

@@ -67,7 +67,11 @@ static_assert(same(EventId::kKeyframeClosed, UM_EVENT_KEYFRAME_CLOSED) &&
               same(EventId::kElevationsDiffer, UM_EVENT_ELEVATIONS_DIFFER) &&
               same(EventId::kAttitudeNoise, UM_EVENT_ATTITUDE_NOISE) &&
               same(EventId::kSweepsUncompensated, UM_EVENT_SWEEPS_UNCOMPENSATED) &&
-              same(EventId::kOdometryContradicted, UM_EVENT_ODOMETRY_CONTRADICTED));
+              same(EventId::kOdometryContradicted, UM_EVENT_ODOMETRY_CONTRADICTED) &&
+              same(EventId::kMountContradicted, UM_EVENT_MOUNT_CONTRADICTED) &&
+              same(EventId::kClockContradicted, UM_EVENT_CLOCK_CONTRADICTED) &&
+              same(EventId::kScaleContradicted, UM_EVENT_SCALE_CONTRADICTED) &&
+              same(EventId::kMotionContradicted, UM_EVENT_MOTION_CONTRADICTED));
 static_assert(same(DropCause::kNotFinite, UM_DROP_NOT_FINITE) &&
               same(DropCause::kOutOfRange, UM_DROP_OUT_OF_RANGE) &&
               same(DropCause::kScanTooLarge, UM_DROP_SCAN_TOO_LARGE) &&

@@ -664,7 +664,21 @@ enum um_event_id {
   /** The scans begin to contradict the odometry: thousandths of the keyframe's cells that are
    *  dynamic, the same as usual, sequence of the keyframe. Both are 0 where the robot was shut in,
    *  as in a lift, and the odometry did not rise. */
-  UM_EVENT_ODOMETRY_CONTRADICTED = 12
+  UM_EVENT_ODOMETRY_CONTRADICTED = 12,
+  /** The scans begin to move as if the LiDAR were mounted otherwise than the poses say: which of
+   *  roll, pitch, yaw, x, y, z (0 to 5), by how much, standard deviation (thousandths of a degree,
+   *  or millimetres), sequence of the keyframe. */
+  UM_EVENT_MOUNT_CONTRADICTED = 13,
+  /** The poses are late (positive) or early against the scans: milliseconds, standard deviation,
+   *  sequence of the keyframe. */
+  UM_EVENT_CLOCK_CONTRADICTED = 14,
+  /** The given motions are shorter (positive) or longer than the scans show: by how many
+   *  thousandths, standard deviation, sequence of the keyframe. */
+  UM_EVENT_SCALE_CONTRADICTED = 15,
+  /** The scans move otherwise than the poses say: the number of the mistake that explains it
+   *  (docs/design/plausibility.md; 0: none), length of the given motions in thousandths of what the
+   *  scans show, sequence of the keyframe. */
+  UM_EVENT_MOTION_CONTRADICTED = 16
 };
 
 /** One event. */

@@ -17,6 +17,7 @@
 #include "src/apps/onboard/onboard_options.hpp"
 #include "src/apps/onboard/setup.hpp"
 #include "src/apps/print.hpp"
+#include "src/core/calibration.hpp"
 #include "src/input/plausibility.hpp"
 #include "src/input/text.hpp"
 
@@ -94,7 +95,7 @@ Json describe(const InspectOptions& options, const datasets::Dataset& dataset,
                       {"pairs", found.steps.compared},
                       {"contradicted", found.steps.contradicted}};
   const auto& c = found.calibration;
-  const auto estimate = [](const input::Estimate& e) {
+  const auto estimate = [](const Estimate& e) {
     return Json::array({rounded(e.value), rounded(e.sigma)});
   };
   json["calibration"] = {{"motions", c.motions},

@@ -54,6 +54,22 @@ class Cholesky {
     return x;
   }
 
+  /// L^-1 times each column; nothing if not valid.
+  template <int M>
+  void whiten(Eigen::Matrix<double, N, M>& columns) const noexcept {
+    if (!valid_) return;
+    for (int col = 0; col < M; ++col) {
+      for (int row = 0; row < N; ++row) {
+        double sum = columns(row, col);
+        for (int k = 0; k < row; ++k) sum -= factor_(row, k) * columns(k, col);
+        columns(row, col) = sum / factor_(row, row);
+      }
+    }
+  }
+
+  /// Of the factor L.
+  [[nodiscard]] double diagonal(int i) const noexcept { return factor_(i, i); }
+
   /// Inverse of the matrix, exactly symmetric; zero if not valid.
   [[nodiscard]] Matrix inverse() const noexcept {
     Matrix result;

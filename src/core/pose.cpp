@@ -2,7 +2,8 @@
 
 namespace unimapper {
 
-Eigen::Quaterniond Pose::quaternion() const noexcept {
+// Inlined it would leave a copy of Eigen's conversion that a program's own could replace.
+[[gnu::noinline]] Eigen::Quaterniond Pose::quaternion() const noexcept {
   return Eigen::Quaterniond(rotation).normalized();
 }
 

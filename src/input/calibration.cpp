@@ -1,8 +1,6 @@
 // Hand-eye calibration of mount and clock from given against registered motion
 #include "src/input/calibration.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,18 +15,6 @@
 namespace unimapper::input {
 namespace {
 
-Eigen::Matrix3d rotated_by(const Eigen::Vector3d& vector) {
-  const double angle = vector.norm();
-  if (angle < 1e-12) return Eigen::Matrix3d::Identity();
-  return Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix();
-}
-
-Eigen::Matrix3d cross(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
-}
-
 /// Given poses at any time: the nearest one, moved on by the velocity about it. Interpolating
 /// would smooth noise of the odometry, and so prefer times between the stamps.
 class GivenMotion {
@@ -42,7 +28,6 @@ class GivenMotion {
     std::vector<double> intervals_s;
     for (std::size_t i = 1; i < poses_.size(); ++i) intervals_s.push_back(seconds(i - 1, i));
     if (!intervals_s.empty()) interval_s_ = median(std::span(intervals_s));
-    for (std::size_t i = 0; i < poses_.size(); ++i) velocities_.push_back(velocity_about(i));
   }
 
   [[nodiscard]] double interval_s() const { return interval_s_; }
@@ -57,85 +42,50 @@ class GivenMotion {
     if (i > 0 && wanted_ns - stamps_ns_[i - 1] < stamps_ns_[i] - wanted_ns) --i;
     const double ahead_s = static_cast<double>(wanted_ns - stamps_ns_[i]) * 1e-9;
     if (std::fabs(ahead_s) > interval_s_) return std::nullopt;
-    const Velocity& v = velocities_[i];
-    return poses_[i] * Pose(rotated_by(ahead_s * v.turning), ahead_s * v.moving);
+    const std::size_t before = i > 0 ? i - 1 : i;
+    const std::size_t later = std::min(i + 1, poses_.size() - 1);
+    if (later == before || seconds(before, later) > 3.0 * interval_s_) return poses_[i];
+    return moved_on(poses_[before], poses_[i], poses_[later], seconds(before, later), ahead_s);
   }
 
  private:
-  struct Velocity {
-    Eigen::Vector3d turning = Eigen::Vector3d::Zero();  ///< rad/s
-    Eigen::Vector3d moving = Eigen::Vector3d::Zero();   ///< m/s
-  };
-
   [[nodiscard]] double seconds(std::size_t i, std::size_t j) const {
     return static_cast<double>(stamps_ns_[j] - stamps_ns_[i]) * 1e-9;
   }
 
-  [[nodiscard]] Velocity velocity_about(std::size_t i) const {
-    const std::size_t before = i > 0 ? i - 1 : i;
-    const std::size_t after = std::min(i + 1, poses_.size() - 1);
-    if (after == before || seconds(before, after) > 3.0 * interval_s_) return {};
-    const double per_s = 1.0 / seconds(before, after);
-    const Pose& a = poses_[before];
-    const Pose& b = poses_[after];
-    return {per_s * rotation_vector(a.rotation.transpose() * b.rotation),
-            per_s * (poses_[i].rotation.transpose() * (b.translation - a.translation))};
-  }
-
   std::vector<std::int64_t> stamps_ns_;
   std::vector<Pose> poses_;
-  std::vector<Velocity> velocities_;
   double interval_s_ = 0.0;
 };
 
-// roll, pitch, yaw (rad), x, y, z (m), delay (s), scale - 1
-constexpr int kParameters = 8;
-using Parameters = Eigen::Matrix<double, kParameters, 1>;
-using Normal = Eigen::Matrix<double, kParameters, kParameters>;
-using Residual = Twist;
-using Jacobian = Eigen::Matrix<double, 6, kParameters>;
-using Covariance = Eigen::Matrix<double, 6, 6>;
-
-Pose mount_of(const Parameters& p) {
-  return extrinsic_pose({p[3], p[4], p[5], p[0] * kDegreesPerRadian, p[1] * kDegreesPerRadian,
-                         p[2] * kDegreesPerRadian});
-}
-
+/// Least squares over the motions whose given poses are known.
 class LeastSquares {
  public:
   LeastSquares(const GivenMotion& given, const Twist& noise,
                std::span<const RegisteredMotion> motions)
-      : given_(given), motions_(motions), noise_(noise) {
-    constexpr double kAngle_rad = 20.0 / kDegreesPerRadian;
-    // Roll that no turn shows would turn yaw into pitch.
-    constexpr double kRoll_rad = 5.0 / kDegreesPerRadian;
-    priors_ << kRoll_rad, kAngle_rad, kAngle_rad, 2.0, 2.0, 2.0, 1.0, 0.03;
-  }
+      : given_(given), motions_(motions), hand_eye_(noise) {}
 
-  /// Delays with other noise would fit one mistake better than another by chance.
-  void keep_delay() { priors_[6] = 0.01; }
+  void keep_delay() { hand_eye_.keep_delay(); }
 
-  struct Solution {
-    Parameters parameters = Parameters::Zero();
-    Parameters sigmas = Parameters::Zero();
-    Residual scales = Residual::Zero();  ///< of the residuals
-    Twist noise = Twist::Zero();         ///< of the given poses
-    double misfit = std::numeric_limits<double>::infinity();
-    std::size_t motions = 0;
-  };
-
-  [[nodiscard]] Solution solve(const Parameters& start, int iterations) const {
-    Solution s;
-    s.parameters = start;
-    s.noise = noise_;
+  [[nodiscard]] HandEye::Solution solve(const HandEye::Parameters& start, int iterations) const {
+    HandEye::Solution s = hand_eye_.start(start);
+    std::vector<HandEyeMotion> motions;
     for (int k = 0; k < iterations; ++k) {
-      if (!step(s)) return {};
+      collect(s.parameters[6], motions);
+      if (2 * motions.size() < motions_.size() || !hand_eye_.step(motions, s)) return {};
     }
     return s;
   }
 
  private:
-  static constexpr double kTuning = 2.385;  // of Cauchy weights, in standard deviations
+  void collect(double delay_s, std::vector<HandEyeMotion>& motions) const {
+    motions.clear();
+    for (const RegisteredMotion& motion : motions_) {
+      const auto now = given_motion(motion, delay_s);
+      const auto later = given_motion(motion, delay_s + HandEye::kLater_s);
+      if (now && later) motions.push_back({motion.T_first_second, *now, *later});
+    }
+  }
 
   [[nodiscard]] std::optional<Pose> given_motion(const RegisteredMotion& motion,
                                                  double delay_s) const {
@@ -145,232 +95,16 @@ class LeastSquares {
     return first->inverse() * *second;
   }
 
-  /// The LiDAR's motion where the given frame moves by `given`.
-  [[nodiscard]] static Pose expected(Pose given, const Parameters& p) {
-    given.translation *= 1.0 + p[7];
-    const Pose mount = mount_of(p);
-    return mount.inverse() * given * mount;
-  }
-
-  [[nodiscard]] static Residual difference(const Pose& expected, const Pose& registered) {
-    Residual r;
-    r.head<3>() = rotation_vector(registered.rotation.transpose() * expected.rotation);
-    r.tail<3>() = expected.translation - registered.translation;
-    return r;
-  }
-
-  /// Derivatives of a residual by the parameters; empty where poses are missing. A mount shows in
-  /// turns that registration saw, so noise of the given ones is no evidence for it.
-  [[nodiscard]] std::optional<Jacobian> jacobian(const RegisteredMotion& motion,
-                                                 const Parameters& p, const Twist& noise) const {
-    const Pose& registered = motion.T_first_second;
-    const Pose mount = mount_of(p);
-    Pose unmounted = mount * registered * mount.inverse();
-    unmounted.translation /= 1.0 + p[7];
-    Jacobian j;
-    for (int k = 0; k < kParameters; ++k) {
-      const double by = k == 6 ? 0.01 : 1e-4;
-      Parameters there = p;
-      there[k] += by;
-      if (k != 6) {
-        j.col(k) = difference(expected(unmounted, there), registered) / by;
-        continue;
-      }
-      const auto now = given_motion(motion, p[6]);
-      const auto later = given_motion(motion, there[6]);
-      if (!now || !later) return std::nullopt;
-      j.col(k) = (difference(expected(*later, p), registered) -
-                  difference(expected(*now, p), registered)) /
-                 by;
-    }
-    // Speeds of poses that scatter are noise.
-    const Eigen::Vector3d turned = noise.head<3>();
-    const double most = 2.0 * least()[0];
-    for (int c = 0; c < 3; ++c) {
-      if (turned[c] > most) j(c, 6) = 0.0;
-    }
-    if (turned[2] > most) j(4, 6) = 0.0;
-    if (turned.head<2>().maxCoeff() > most) j(5, 6) = 0.0;
-    return j;
-  }
-
-  /// Of a residual by noise, which turns a motion and shifts its end by what it turns.
-  [[nodiscard]] static Covariance covariance(const Pose& moved, const Pose& mount,
-                                             const Twist& noise) {
-    const Eigen::Matrix3d axes = mount.rotation.transpose();
-    Covariance at_lidar = Covariance::Zero();
-    at_lidar.topLeftCorner<3, 3>() = axes;
-    at_lidar.bottomRightCorner<3, 3>() = axes;
-    at_lidar.bottomLeftCorner<3, 3>() = -axes * cross(mount.translation);
-    Covariance first = -Covariance::Identity();
-    first.topLeftCorner<3, 3>() = -moved.rotation.transpose();
-    first.bottomLeftCorner<3, 3>() = cross(moved.translation);
-    Covariance second = Covariance::Identity();
-    second.bottomRightCorner<3, 3>() = moved.rotation;
-    const Covariance of_pose = at_lidar * noise.cwiseAbs2().asDiagonal() * at_lidar.transpose();
-    return first * of_pose * first.transpose() + second * of_pose * second.transpose();
-  }
-
-  /// Logarithm of how unlikely a residual is, with such noise of the poses.
-  [[nodiscard]] static double misfit(Covariance noise, Residual r) {
-    // Registration is off by more now and then.
-    const Residual usual = 3.0 * least();
-    noise.diagonal() += usual.cwiseAbs2();
-    const Eigen::LLT<Covariance> factors(noise);
-    factors.matrixL().solveInPlace(r);
-    double sum = 0.0;
-    for (int c = 0; c < 6; ++c) {
-      sum += 0.5 * kTuning * kTuning * std::log1p(r[c] * r[c] / (kTuning * kTuning)) +
-             std::log(factors.matrixLLT()(c, c) / usual[c]);
-    }
-    return sum;
-  }
-
-  /// Standard deviations of registration itself.
-  [[nodiscard]] static Residual least() {
-    constexpr double kAngle_rad = 0.1 / kDegreesPerRadian;
-    constexpr double kShift_m = 0.02;
-    Residual sigmas;
-    sigmas << kAngle_rad, kAngle_rad, kAngle_rad, kShift_m, kShift_m, kShift_m;
-    return sigmas;
-  }
-
-  /// One Gauss-Newton step; false where too few motions have poses.
-  [[nodiscard]] bool step(Solution& s) const {
-    std::vector<Residual> residuals;
-    std::vector<Jacobian> jacobians;
-    std::vector<Pose> moved;
-    for (const RegisteredMotion& motion : motions_) {
-      const auto j = jacobian(motion, s.parameters, s.noise);
-      if (!j) continue;
-      jacobians.push_back(*j);
-      moved.push_back(expected(*given_motion(motion, s.parameters[6]), s.parameters));
-      residuals.push_back(difference(moved.back(), motion.T_first_second));
-    }
-    s.motions = residuals.size();
-    if (2 * s.motions < motions_.size()) return false;
-    s.scales = scales_of(residuals).cwiseMax(least());
-    // What scans confirm is no noise. Two poses have it, and so few motions tell it to a factor
-    // of 2.
-    s.noise = noise_.cwiseMin(std::sqrt(2.0) * s.scales);
-    s.misfit = 0.0;
-    const Pose mount = mount_of(s.parameters);
-    for (std::size_t i = 0; i < residuals.size(); ++i) {
-      Covariance spread = covariance(moved[i], mount, s.noise);
-      s.misfit += misfit(spread, residuals[i]);
-      spread.diagonal() += least().cwiseAbs2();
-      const Eigen::LLT<Covariance> factors(spread);
-      factors.matrixL().solveInPlace(residuals[i]);
-      factors.matrixL().solveInPlace(jacobians[i]);
-    }
-    s.misfit /= static_cast<double>(s.motions);
-    const Residual scales = scales_of(residuals);
-    Normal normal = priors_.array().inverse().square().matrix().asDiagonal();
-    Parameters gradient = -(normal * s.parameters);
-    for (std::size_t i = 0; i < residuals.size(); ++i) {
-      for (int c = 0; c < 6; ++c) {
-        const double scale = std::hypot(scales[c], 1.0);
-        const double r = residuals[i][c] / scale;
-        const double weight = 1.0 / (1.0 + r * r / (kTuning * kTuning));
-        const Parameters j = jacobians[i].row(c).transpose() / scale;
-        normal += weight * j * j.transpose();
-        gradient -= weight * r * j;
-      }
-    }
-    const Eigen::LDLT<Normal> factors(normal);
-    s.parameters += factors.solve(gradient);
-    const Normal covariance = factors.solve(Normal::Identity());
-    s.sigmas = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-    return s.parameters.allFinite();
-  }
-
-  [[nodiscard]] static Residual scales_of(const std::vector<Residual>& residuals) {
-    Residual scales;
-    for (int c = 0; c < 6; ++c) {
-      std::vector<double> magnitudes;
-      for (const Residual& r : residuals) magnitudes.push_back(std::fabs(r[c]));
-      scales[c] = scale_of(std::move(magnitudes));
-    }
-    return scales;
-  }
-
   const GivenMotion& given_;
   std::span<const RegisteredMotion> motions_;
-  Parameters priors_;  ///< standard deviations, for what the motion does not show
-  Twist noise_;        ///< of the given poses, as `measure_pose_noise`
+  HandEye hand_eye_;
 };
-
-/// Whether motions that are moved so are those that were registered.
-bool agrees(const LeastSquares::Solution& solution) {
-  constexpr double kAgree_rad = 2.0 / kDegreesPerRadian;
-  constexpr double kAgree_m = 0.4;
-  const double noise_rad = solution.noise.head<3>().maxCoeff();
-  return solution.scales.head<3>().maxCoeff() <= std::hypot(kAgree_rad, 2.0 * noise_rad) &&
-         solution.scales.tail<3>().maxCoeff() <= kAgree_m;
-}
 
 }  // namespace
 
-bool Estimate::is_surely_beyond(double least, double surely) const {
-  return std::fabs(value) > least && std::fabs(value) > surely * sigma;
-}
-
-bool Calibration::shows_rotation() const {
-  constexpr double kShown_deg = 0.5;
-  return motions > 0 && pitch_deg.sigma < kShown_deg && yaw_deg.sigma < kShown_deg;
-}
-
-bool Calibration::shows_lever_arm() const {
-  constexpr double kShown_m = 0.3;
-  return motions > 0 && x_m.sigma < kShown_m && y_m.sigma < kShown_m;
-}
-
-bool Calibration::shows_delay() const {
-  constexpr double kShown_s = 0.03;
-  return motions > 0 && delay_s.sigma < kShown_s;
-}
-
-bool Calibration::is_surely_right() const {
-  constexpr double kQuiet_deg = 0.3;
-  // What half of the motions do not show may be shown by one of the others. Roll and height are
-  // shown by none where a robot drives on a level.
-  const auto is_right = [](const Estimate& e, double said, double shown) {
-    const double size = std::fabs(e.value);
-    return size + 3.0 * e.sigma < said || (size < 1.5 * e.sigma && e.sigma < shown);
-  };
-  constexpr double kAny = std::numeric_limits<double>::infinity();
-  return motions > 0 && attitude_noise_deg < kQuiet_deg &&
-         is_right(roll_deg, kSaidRoll_deg, kAny) && is_right(pitch_deg, kSaid_deg, kSaid_deg) &&
-         is_right(yaw_deg, kSaid_deg, kSaid_deg) && is_right(x_m, kSaid_m, kSaid_m) &&
-         is_right(y_m, kSaid_m, kSaid_m) && is_right(z_m, kSaid_m, kAny) &&
-         is_right(delay_s, least_delay_s(), least_delay_s());
-}
-
-Pose Calibration::sure_mount() const {
-  if (motions == 0) return {};
-  const auto sure = [](const Estimate& e, double least) {
-    return e.is_surely_beyond(least) ? e.value : 0.0;
-  };
-  const double up_m = z_m.is_surely_beyond(kSaid_m, kMoreSurely) ? z_m.value : 0.0;
-  return extrinsic_pose({sure(x_m, kSaid_m), sure(y_m, kSaid_m), up_m,
-                         sure(roll_deg, kSaidRoll_deg), sure(pitch_deg, kSaid_deg),
-                         sure(yaw_deg, kSaid_deg)});
-}
-
-double Calibration::least_delay_s() const {
-  constexpr double kBeyondHalf_s = 0.015;
-  return 0.5 * interval_s + kBeyondHalf_s;
-}
-
-double Calibration::sure_delay_s() const {
-  const bool is_sure = delay_s.is_surely_beyond(least_delay_s(), kMoreSurely);
-  return motions > 0 && is_sure ? delay_s.value : 0.0;
-}
-
 Calibration calibrate(const Track& track, std::span<const RegisteredMotion> motions) {
-  constexpr std::size_t kFewest = 8;
   constexpr int kFarthest = 10;  // scans
-  if (motions.size() < kFewest) return {};
+  if (motions.size() < kFewestMotions) return {};
   // Poses without rotations are no mount.
   constexpr double kTurns_rad = 1.0 / kDegreesPerRadian;
   bool scans_turn = false;
@@ -386,13 +120,13 @@ Calibration calibrate(const Track& track, std::span<const RegisteredMotion> moti
   const Twist noise = measure_pose_noise(track);
   const LeastSquares problem(given, noise, motions);
   const double longest_s = std::max(1.0, 5.0 * given.interval_s());
-  LeastSquares::Solution best;
-  LeastSquares::Solution near;
+  HandEye::Solution best;
+  HandEye::Solution near;
   for (int k = -kFarthest; k <= kFarthest; ++k) {
-    Parameters start = Parameters::Zero();
+    HandEye::Parameters start = HandEye::Parameters::Zero();
     start[6] = k * given.interval_s();
     if (std::fabs(start[6]) > longest_s) continue;
-    LeastSquares::Solution found = problem.solve(start, 4);
+    HandEye::Solution found = problem.solve(start, 4);
     if (k == 0) near = found;
     if (found.misfit < best.misfit) best = found;
   }
@@ -402,51 +136,29 @@ Calibration calibrate(const Track& track, std::span<const RegisteredMotion> moti
   if (!(static_cast<double>(motions.size()) * (near.misfit - best.misfit) > surely)) best = near;
   if (best.motions == 0) return {};
   best = problem.solve(best.parameters, 8);
-  Calibration result;
-  result.misfit = static_cast<double>(motions.size()) * best.misfit;
-  // Where no mount and no delay makes the motions agree, poses and scans differ otherwise.
-  if (best.motions < kFewest || !agrees(best)) return result;
-  // What G-ICP is off by itself, however many motions there are.
-  constexpr double kBias_deg = 0.1;
-  constexpr double kBias_m = 0.05;
-  constexpr double kBias_s = 0.005;
-  const auto estimate = [&](int k, double unit, double bias) {
-    return Estimate{best.parameters[k] * unit, std::hypot(best.sigmas[k] * unit, bias)};
-  };
-  result.motions = best.motions;
-  result.interval_s = given.interval_s();
-  result.roll_deg = estimate(0, kDegreesPerRadian, kBias_deg);
-  result.pitch_deg = estimate(1, kDegreesPerRadian, kBias_deg);
-  result.yaw_deg = estimate(2, kDegreesPerRadian, kBias_deg);
-  result.x_m = estimate(3, 1.0, kBias_m);
-  result.y_m = estimate(4, 1.0, kBias_m);
-  result.z_m = estimate(5, 1.0, kBias_m);
-  result.delay_s = estimate(6, 1.0, kBias_s);
-  result.attitude_noise_deg = attitude_noise_deg(best.noise);
-  return result;
+  return calibration_of(best, given.interval_s());
 }
 
 MotionMistake find_motion_mistake(const Track& track, std::span<const RegisteredMotion> motions,
                                   const std::vector<PoseMistake>& mistakes,
                                   const Calibration& found, double surely) {
-  constexpr std::size_t kFewest = 8;
   constexpr std::size_t kMostNamed = 3;
   constexpr int kIterations = 8;
   constexpr double kMount_rad = 10.0 / kDegreesPerRadian;
   constexpr double kAsWell = 6.0;
   MotionMistake result;
-  if (motions.size() < kFewest || found.misfit == 0.0) return result;
+  if (motions.size() < kFewestMotions || found.misfit == 0.0) return result;
   const auto misfit = [&](const std::function<Pose(const Pose&)>& correct) {
     const Track corrected{track.size, [&](std::size_t i) { return correct(track.pose(i)); },
                           track.stamp_ns};
     const GivenMotion given(corrected);
     LeastSquares problem(given, measure_pose_noise(corrected), motions);
     problem.keep_delay();
-    const LeastSquares::Solution fit = problem.solve(Parameters::Zero(), kIterations);
+    const HandEye::Solution fit = problem.solve(HandEye::Parameters::Zero(), kIterations);
     // A half turn of the mount would undo some mistakes, and make others.
     const bool is_upright = fit.parameters.head<3>().cwiseAbs().maxCoeff() < kMount_rad;
-    return agrees(fit) && is_upright ? static_cast<double>(motions.size()) * fit.misfit
-                                     : std::numeric_limits<double>::infinity();
+    return fit.agrees() && is_upright ? static_cast<double>(motions.size()) * fit.misfit
+                                      : std::numeric_limits<double>::infinity();
   };
   const double as_given = misfit([](const Pose& pose) { return pose; });
   std::vector<std::pair<double, const PoseMistake*>> fits;

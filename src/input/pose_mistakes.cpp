@@ -1,12 +1,13 @@
 // Known mistakes in poses, undone: what the right poses would be
 #include "src/input/pose_mistakes.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <memory>
 #include <numeric>
 
+#include "ports/events/event_text.hpp"
+#include "src/core/known_mistake.hpp"
 #include "src/input/text.hpp"
 
 namespace unimapper::input {
@@ -45,20 +46,6 @@ Correct in_axes(const Eigen::Matrix3d& axes) {
   };
 }
 
-/// Quaternion read as (x, y, z, w) from columns in another order.
-Pose with_quaternion(const Pose& pose, bool w_was_first) {
-  const Eigen::Quaterniond q = pose.quaternion();
-  return {w_was_first ? Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w())
-                      : Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()),
-          pose.translation};
-}
-
-Eigen::Matrix3d matrix(std::array<int, 9> rows) {
-  Eigen::Matrix3d m;
-  for (int i = 0; i < 9; ++i) m(i / 3, i % 3) = rows[static_cast<std::size_t>(i)];
-  return m;
-}
-
 /// "x = -y, y = z, z = x": the poses' axes in the points'.
 std::string axes_text(const Eigen::Matrix3d& axes) {
   std::string text;
@@ -72,40 +59,28 @@ std::string axes_text(const Eigen::Matrix3d& axes) {
   return text;
 }
 
-struct NamedAxes {
+/// Mistakes that each pose tells by itself, the more frequent ones first.
+struct NamedMistake {
   const char* name;
-  Eigen::Matrix3d axes;
-  const char* remedy;
+  KnownMistake id;
 };
+constexpr std::array<NamedMistake, 12> kNamed = {{
+    {"inverted", KnownMistake::kInverted},
+    {"w first", KnownMistake::kWFirst},
+    {"w last", KnownMistake::kWLast},
+    {"camera axes", KnownMistake::kCameraAxes},
+    {"z down", KnownMistake::kZDown},
+    {"left-handed", KnownMistake::kLeftHanded},
+    {"mirrored x", KnownMistake::kMirroredX},
+    {"mirrored z", KnownMistake::kMirroredZ},
+    {"yaw 180", KnownMistake::kYaw180},
+    {"yaw 90", KnownMistake::kYaw90},
+    {"yaw -90", KnownMistake::kYawMinus90},
+    {"transposed", KnownMistake::kTransposed},
+}};
 
-const std::vector<NamedAxes>& named_axes() {
-  static const std::vector<NamedAxes> kNamed = {
-      {"camera axes", matrix({0, -1, 0, 0, 0, -1, 1, 0, 0}),
-       "the poses look like those of a camera (x right, y down, z forward); transform them to the "
-       "LiDAR, or in the KITTI layout add calib.txt with a line Tr:"},
-      {"z down", matrix({1, 0, 0, 0, -1, 0, 0, 0, -1}),
-       "the poses look like x forward, y right, z down (NED), the points like z up; convert one of "
-       "them, or give --extrinsic 0,0,0,180,0,0"},
-      {"left-handed", matrix({1, 0, 0, 0, -1, 0, 0, 0, 1}),
-       "poses and points differ in handedness, mirrored along y (to the right in one, to the left "
-       "in the other); negate y in one of them"},
-      {"mirrored x", matrix({-1, 0, 0, 0, 1, 0, 0, 0, 1}),
-       "poses and points differ in handedness, mirrored along x (ahead in one, behind in the "
-       "other); negate x in one of them"},
-      {"mirrored z", matrix({1, 0, 0, 0, 1, 0, 0, 0, -1}),
-       "poses and points differ in handedness, mirrored along z (up in one, down in the other); "
-       "negate z in one of them"},
-      {"yaw 180", matrix({-1, 0, 0, 0, -1, 0, 0, 0, 1}),
-       "the poses look like those of a body whose x axis points backwards in the points' frame; "
-       "multiply them by the extrinsic T_body_lidar"},
-      {"yaw 90", matrix({0, 1, 0, -1, 0, 0, 0, 0, 1}),
-       "the poses look like those of a body turned by 90 degrees against the points; multiply them "
-       "by the extrinsic T_body_lidar"},
-      {"yaw -90", matrix({0, -1, 0, 1, 0, 0, 0, 0, 1}),
-       "the poses look like those of a body turned by -90 degrees against the points; multiply "
-       "them by the extrinsic T_body_lidar"},
-  };
-  return kNamed;
+std::string remedy_of(KnownMistake id) {
+  return std::string(events::remedy_of_mistake(static_cast<std::int64_t>(id)));
 }
 
 /// All 48 signed permutations but identity and the named ones.
@@ -118,8 +93,8 @@ std::vector<Eigen::Matrix3d> other_axes() {
       for (int row = 0; row < 3; ++row) {
         axes(row, order[static_cast<std::size_t>(row)]) = (signs >> row & 1) != 0 ? -1.0 : 1.0;
       }
-      const auto named = [&](const NamedAxes& known) { return known.axes == axes; };
-      if (axes.isIdentity() || std::any_of(named_axes().begin(), named_axes().end(), named)) {
+      const auto named = [&](const NamedMistake& known) { return axes_of(known.id) == axes; };
+      if (axes.isIdentity() || std::any_of(kNamed.begin(), kNamed.end(), named)) {
         continue;
       }
       all.push_back(axes);
@@ -175,37 +150,13 @@ std::vector<PoseMistake> known_mistakes(const Track& track,
   const auto add_each = [&](std::string id, std::string remedy, const Correct& correct) {
     all.push_back({std::move(id), std::move(remedy), corrected(track, correct), correct});
   };
-  add_each("inverted", "the poses look like T_sensor_world; invert them (T_world_sensor is needed)",
-           [](const Pose& pose) { return pose.inverse(); });
-  add_each("w first",
-           "the quaternions look like qw qx qy qz; write them as qx qy qz qw (w last), as TUM does",
-           [](const Pose& pose) { return with_quaternion(pose, true); });
-  add_each("w last",
-           "the quaternions look like qx qy qz qw where w is expected first; write them as qw qx "
-           "qy qz",
-           [](const Pose& pose) { return with_quaternion(pose, false); });
-  for (const NamedAxes& named : named_axes()) {
-    add_each(named.name, named.remedy, in_axes(named.axes));
+  for (const NamedMistake& named : kNamed) {
+    add_each(named.name, remedy_of(named.id),
+             [id = named.id](const Pose& pose) { return correct(id, pose); });
   }
-  add_each("transposed",
-           "the rotations look transposed (stored by columns); write the 3x4 matrices row by row",
-           [](const Pose& pose) {
-             return Pose(Eigen::Matrix3d(pose.rotation.transpose()), pose.translation);
-           });
-  const std::array<std::pair<double, const char*>, 8> scales = {{
-      {1e-3, "millimetres"},
-      {1e-2, "centimetres"},
-      {1e3, "kilometres"},
-      {0.3048, "feet"},
-      {1e-1, "decimetres"},
-      {1e2, "hundreds of metres"},
-      {1e1, "tens of metres"},
-      {1.0 / 0.3048, "metres, and the points like feet"},
-  }};
-  for (const auto& [scale, unit] : scales) {
-    add(text("scale %g", scale),
-        text("the poses' positions look like %s; multiply them by %g", unit, scale),
-        scaled(track, scale));
+  for (std::uint8_t id = kFirstScale; id < kKnownMistakes; ++id) {
+    const auto unit = static_cast<KnownMistake>(id);
+    add(text("scale %g", metres_of(unit)), remedy_of(unit), scaled(track, metres_of(unit)));
   }
   add("increments",
       "the poses look like motions from scan to scan; accumulate them into poses in one frame",

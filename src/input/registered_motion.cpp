@@ -6,13 +6,13 @@
 #include <memory>
 #include <utility>
 
+#include "src/core/hand_eye.hpp"
 #include "src/core/quantile.hpp"
 #include "src/input/agreement.hpp"
 
 namespace unimapper::input {
 namespace {
 
-constexpr std::size_t kCalibrationPairs = 40;
 constexpr std::size_t kShapePoints = 2'000;
 
 double turn_deg(const Pose& pose) { return rotation_angle(pose.rotation) * kDegreesPerRadian; }
@@ -29,7 +29,7 @@ class PairChoice {
     if (track_.size < 2 * margin + 4) return pairs;
     const std::size_t begin = margin;
     const std::size_t size = track_.size - 2 * margin - 1;
-    const std::size_t parts = std::min(kCalibrationPairs / 2, size / 2);
+    const std::size_t parts = std::min(HandEye::kMostMotions / 2, size / 2);
     for (std::size_t s = 0; s < parts; s += every) {
       const std::size_t from = begin + s * size / parts;
       const std::size_t to = begin + (s + 1) * size / parts;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "src/core/rotation_vector.hpp"
 #include "unimapper/core/pose.hpp"
 
 namespace unimapper::odometry {
@@ -20,13 +21,6 @@ inline constexpr std::int64_t kLongestGap_ns = 50'000'000;
 [[nodiscard]] inline double seconds_between(std::int64_t from_ns, std::int64_t to_ns) noexcept {
   return static_cast<double>(to_ns - from_ns) * 1e-9;
 }
-
-/// The rotation by `angle_rad` (a rotation vector of at most a few turns). Series and products
-/// alone: the same bits on every machine.
-[[nodiscard]] Eigen::Matrix3d rotation_of(const Eigen::Vector3d& angle_rad) noexcept;
-
-/// The rotation vector of a rotation, at most pi long. Series, products and roots alone.
-[[nodiscard]] Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) noexcept;
 
 /// T_before_after of a sensor that moves at `velocity` for so long: `seconds` may be negative.
 [[nodiscard]] Pose moved(const Velocity& velocity, double seconds) noexcept;

@@ -41,6 +41,8 @@ std::uint32_t Pipeline::State::closing_step_cost() const noexcept {
       return slice_cost::kOutput;
     case Closing::kRecord:
       return slice_cost::record(blocks);
+    case Closing::kCalibration:
+      return calibration.is_busy() ? slice_cost::kCalibration : slice_cost::kBookkeeping;
     case Closing::kCounting:
       return slice_cost::counting(current->statistics.points_in);
     default:

@@ -33,6 +33,32 @@ void EventReporter::odometry(const OdometryMonitor& monitor, const KeyframeView&
   broken_ = monitor.is_contradicted();
 }
 
+void EventReporter::calibration(const CalibrationMonitor& monitor,
+                                const KeyframeView& view) noexcept {
+  using Part = CalibrationMonitor::Part;
+  const std::int64_t stamp_ns = view.scans.back().stamp_ns;
+  const std::uint32_t begins = monitor.said() & ~off_;
+  off_ = monitor.said();
+  for (std::uint8_t k = 0; k < CalibrationMonitor::kParts; ++k) {
+    if ((begins >> k & 1U) == 0) continue;
+    const auto part = static_cast<Part>(k);
+    if (part == Part::kMotion) {
+      push(EventId::kMotionContradicted, stamp_ns, static_cast<std::uint64_t>(monitor.mistake()),
+           thousandths(static_cast<float>(monitor.length_ratio())), view.sequence);
+      continue;
+    }
+    const std::uint64_t value = thousandths(static_cast<float>(monitor.estimate(part).value));
+    const std::uint64_t sigma = thousandths(static_cast<float>(monitor.estimate(part).sigma));
+    if (part == Part::kDelay) {
+      push(EventId::kClockContradicted, stamp_ns, value, sigma, view.sequence);
+    } else if (part == Part::kScale) {
+      push(EventId::kScaleContradicted, stamp_ns, value, sigma, view.sequence);
+    } else {
+      push(EventId::kMountContradicted, stamp_ns, k, value, sigma, view.sequence);
+    }
+  }
+}
+
 void EventReporter::finished(const Keyframe& keyframe) noexcept {
   if (ring_ == nullptr) return;
   const KeyframeView& view = keyframe.view;

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "odometry_monitor.hpp"
+#include "src/onboard/calibration/calibration_monitor.hpp"
 #include "src/onboard/keyframe/keyframe.hpp"
 #include "unimapper/core/expected.hpp"
 #include "unimapper/onboard/config.hpp"
@@ -27,6 +28,8 @@ class EventReporter {
   void closed(const Keyframe& keyframe) noexcept;
   /// The scans of the keyframe that was closed contradict the odometry.
   void odometry(const OdometryMonitor& monitor, const KeyframeView& view) noexcept;
+  /// What is constantly off between the poses and how scans move.
+  void calibration(const CalibrationMonitor& monitor, const KeyframeView& view) noexcept;
   void finished(const Keyframe& keyframe) noexcept;
 
  private:
@@ -43,6 +46,7 @@ class EventReporter {
   FreeSpaceConfig free_space_;  ///< as configured
   bool contradicted_ = false;   ///< in the keyframe before, up was not where promised
   bool uncompensated_ = false;  ///< in the keyframe before, sweeps looked uncompensated
+  std::uint32_t off_ = 0;       ///< in the keyframe before, `CalibrationMonitor::said`
   bool broken_ = false;         ///< in the keyframe before, the odometry looked broken
 };
 

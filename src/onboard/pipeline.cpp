@@ -39,6 +39,7 @@ void Pipeline::State::allocate(Arena& arena) noexcept {
   if (config.deferred) allocate_cells();
   window.allocate(arena, config);
   gravity_planes.allocate(arena);
+  calibration.allocate(arena, config);
   window.blocks().before_early_eviction(finish_labels, this);
 }
 
@@ -99,7 +100,10 @@ void Pipeline::State::ingest(const PointView& points, const ScanOrigin& origin,
 bool Pipeline::State::ingest_step(const PointView& points, const ScanOrigin& origin,
                                   bool restarted) noexcept {
   // Two poses in a row say that the robot is elsewhere: whatever was seen before is of no use.
-  if (restarted && !builder.is_adding()) forget();
+  if (!builder.is_adding()) {
+    if (restarted) forget();
+    calibration.add_scan(points, origin.T_odometry_sensor, origin.stamp_ns);
+  }
   if (builder.add_step(points, origin, window, *current)) return true;
   if (builder.is_complete(*current)) close();
   return false;
@@ -110,6 +114,7 @@ void Pipeline::State::forget() noexcept {
   finisher.forget();
   gravity.forget();
   odometry.forget();
+  calibration.forget();
   standing.forget();
   builder.forget();
 }

@@ -11,6 +11,7 @@
 #include "odometry_monitor.hpp"
 #include "src/onboard/attitude/gravity.hpp"
 #include "src/onboard/attitude/gravity_planes.hpp"
+#include "src/onboard/calibration/calibration_monitor.hpp"
 #include "src/onboard/keyframe/keyframe.hpp"
 #include "src/onboard/keyframe/keyframe_builder.hpp"
 #include "src/onboard/keyframe/keyframe_finisher.hpp"
@@ -135,6 +136,7 @@ struct Pipeline::State {
   onboard::GravityPlanes gravity_planes;
   onboard::GravityEstimator gravity;
   onboard::OdometryMonitor odometry;
+  onboard::CalibrationMonitor calibration;
   onboard::KeyframeOutput output;
   onboard::Standing standing;
   onboard::KeyframeFinisher finisher;
@@ -148,6 +150,7 @@ struct Pipeline::State {
     kDecision,      ///< what follows from that at once: what final labels need, and up
     kOutput,        ///< labels and cells
     kRecord,        ///< in the window
+    kCalibration,   ///< how scans moved, against the poses
     kCounting,      ///< points
     kAnnouncement,  ///< to the caller
     kNone           ///< no keyframe is being closed

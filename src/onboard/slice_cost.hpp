@@ -25,6 +25,7 @@ inline constexpr std::uint32_t kLabels = 280;
 inline constexpr std::uint32_t kDescription = 130;
 inline constexpr std::uint32_t kSearch = 100;
 inline constexpr std::uint32_t kInsertion = 230;
+inline constexpr std::uint32_t kCalibration = 130;
 inline constexpr std::uint32_t kBookkeeping = 5;
 
 /// A shorter slice says nothing of how fast this processor is: what it takes is mostly chance.

@@ -1,6 +1,9 @@
 // Tests of the Cholesky solver.
 #include "src/core/cholesky.hpp"
 
+#include <Eigen/LU>
+#include <cmath>
+
 #include "tests/test.hpp"
 
 using unimapper::Cholesky;
@@ -32,6 +35,18 @@ TEST_CASE("the inverse is an inverse and exactly symmetric", "[cholesky]") {
   const Matrix6d inverse = Cholesky<6>(m).inverse();
   CHECK((m * inverse - Matrix6d::Identity()).norm() < 1e-12);
   CHECK(inverse == inverse.transpose());
+}
+
+TEST_CASE("whitened columns have the lengths that the inverse gives them", "[cholesky]") {
+  const Matrix6d m = positive_definite();
+  const Cholesky<6> factor(m);
+  const Vector6d x = Vector6d::LinSpaced(-2.0, 3.0);
+  Vector6d white = x;
+  factor.whiten(white);
+  CHECK(std::abs(white.squaredNorm() - x.dot(factor.solve(x))) < 1e-9);
+  double root = 1.0;
+  for (int i = 0; i < 6; ++i) root *= factor.diagonal(i);
+  CHECK(std::abs(root * root - m.determinant()) < 1e-9);
 }
 
 TEST_CASE("a matrix that is not positive definite is invalid and solves to zero", "[cholesky]") {

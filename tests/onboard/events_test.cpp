@@ -85,6 +85,15 @@ TEST_CASE("events read as sentences") {
              Contains("keyframe 4: the scans contradict the odometry, 21.5 % of the cells"));
   CHECK_THAT(text(EventId::kOdometryContradicted, 0, 0, 4),
              Contains("keyframe 4: the robot was shut in, as in a lift"));
+  CHECK_THAT(text(EventId::kMountContradicted, 2, 2020, 130),
+             Contains("mounted otherwise than the poses say, yaw by 2.02 degrees (standard "));
+  CHECK_THAT(text(EventId::kMountContradicted, 3, -510, 60), Contains("x by -0.51 m"));
+  CHECK_THAT(text(EventId::kClockContradicted, -150, 12, 4),
+             Contains("the poses are 0.15 s early against the scans"));
+  CHECK_THAT(text(EventId::kScaleContradicted, -91, 10, 4), Contains("1.10 times as long as the"));
+  CHECK_THAT(text(EventId::kMotionContradicted, 1, 1000, 4),
+             Contains("otherwise than the poses say: the poses look like T_sensor_world; invert"));
+  CHECK_THAT(text(EventId::kMotionContradicted, 0, 1500, 4), Contains("1.50 times as long"));
   CHECK_THAT(text(EventId::kDropped, 99, 1, 0), Contains("dropped, 99"));
   CHECK_THAT(text(static_cast<EventId>(77), 1, 2, 3), Contains("event 77: 1 2 3 31"));
 }

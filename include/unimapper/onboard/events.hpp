@@ -30,6 +30,21 @@ enum class EventId : std::uint32_t {
   /// cells that are dynamic, the same as usual, sequence of the keyframe. Both are 0 where the
   /// robot was shut in, as in a lift, and the odometry did not rise.
   kOdometryContradicted = 12,
+  /// The scans move as if the LiDAR were mounted otherwise than the poses say, reported when that
+  /// begins: which of roll, pitch, yaw, x, y, z (0 to 5), by how much, standard deviation (both
+  /// thousandths of a degree or millimetres), sequence of the keyframe.
+  kMountContradicted = 13,
+  /// The poses are late (positive) or early against the scans, reported when that begins: by how
+  /// many milliseconds, standard deviation, sequence of the keyframe.
+  kClockContradicted = 14,
+  /// The given motions are shorter (positive) or longer than the scans show, reported when that
+  /// begins: by how many thousandths, standard deviation, sequence of the keyframe.
+  kScaleContradicted = 15,
+  /// The scans move otherwise than the poses say, and neither mount nor delay explains it, reported
+  /// when that begins: the mistake that does (docs/design/plausibility.md#while-the-robot-drives;
+  /// 0: none), length of the given motions in thousandths of what the scans show, sequence of the
+  /// keyframe.
+  kMotionContradicted = 16,
 };
 
 }  // namespace unimapper

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "ports/events/event_text.hpp"
+#include "src/apps/print.hpp"
 
 namespace unimapper::apps {
 namespace {
@@ -15,8 +16,8 @@ constexpr std::uint32_t kCapacity = 1024;
 
 }  // namespace
 
-EventLog::EventLog(const std::filesystem::path& file)
-    : file_(file), out_(file), memory_(EventRing::required_bytes(kCapacity)) {
+EventLog::EventLog(const std::filesystem::path& file, bool says)
+    : file_(file), says_(says), out_(file), memory_(EventRing::required_bytes(kCapacity)) {
   if (!out_) throw std::runtime_error("cannot create " + file.string());
   const auto created = EventRing::create(kCapacity, memory_.span());
   if (!created) throw std::runtime_error(created.error().message);
@@ -42,7 +43,12 @@ void EventLog::finish() {
 }
 
 void EventLog::write_events() {
-  lost_ = events::drain(*ring_, lost_, [this](const std::string& line) { out_ << line << '\n'; });
+  lost_ = events::drain(*ring_, lost_, [this](const std::string& line, const EventRecord& record) {
+    out_ << line << '\n';
+    if (says_ && events::is_contradiction(record)) {
+      print_to(stderr, "onboard: warning: {}\n", line);
+    }
+  });
   if (out_.flush()) return;
   // Tried again with the next lines: a disk may have room later.
   failed_ = true;

@@ -16,8 +16,9 @@ namespace unimapper::apps {
 /// event. The pipeline never waits for the file; events that do not fit are counted there.
 class EventLog {
  public:
-  /// Creates the file. Throws std::runtime_error.
-  explicit EventLog(const std::filesystem::path& file);
+  /// Creates the file. With `says`, what contradicts the poses is printed on stderr at once, too.
+  /// Throws std::runtime_error.
+  EventLog(const std::filesystem::path& file, bool says);
 
   [[nodiscard]] EventRing* ring() noexcept { return ring_; }
 
@@ -29,6 +30,7 @@ class EventLog {
   void write_events();
 
   std::filesystem::path file_;
+  bool says_;
   std::ofstream out_;
   MemoryBlock memory_;
   EventRing* ring_ = nullptr;

@@ -342,7 +342,7 @@ void run_onboard(const OnboardOptions& options) {
   const auto earlier = read_earlier_runs(options.against, faults);
   enlarge_capacity_for(earlier, scans, config);
   RunFolder folder(options.out);
-  EventLog events(folder.event_log());
+  EventLog events(folder.event_log(), options.realtime);
   config.events = events.ring();
   linux_port::WorkerThreads threads(options.workers);
   config.executor = threads.executor();

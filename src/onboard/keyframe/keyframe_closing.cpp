@@ -50,6 +50,9 @@ void Pipeline::State::close_step() noexcept {
     case Closing::kRecord:
       record();
       break;
+    case Closing::kCalibration:
+      if (calibration.step()) return;
+      break;
     case Closing::kCounting:
       count_points();
       break;
@@ -128,6 +131,7 @@ void Pipeline::State::announce() noexcept {
   cost_of_1024_blocks = static_cast<std::uint32_t>(closing_cost * std::uint64_t{1024} / blocks);
   if (!current->view.repeats) events.closed(*current);
   events.odometry(odometry, current->view);
+  events.calibration(calibration, current->view);
   closed = std::exchange(current, closed);
   ready_untold = true;
   if (config.deferred && !closed->view.repeats) finisher.begin(*closed);
