@@ -1,6 +1,7 @@
 // Connected-component labelling of voxels
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -60,7 +61,8 @@ class ComponentLabels {
   template <typename CellsOf>
   void split(Slice some, std::uint32_t blocks, const CellsOf& cells_of) noexcept;
   /// Finds components that hold any of the cells `signs_of(b)` of a block, or a low cell of them
-  /// that follows; no other cells are labelled. Looks at `most` blocks; false once none is left.
+  /// that follows; no other cells are labelled. Looks at `most` blocks, of which those that a
+  /// component spreads from count four times; false once none is left.
   template <typename SignsOf, typename Neighbour>
   bool spread(std::uint32_t blocks, std::uint32_t most, const SignsOf& signs_of,
               const Neighbour& neighbour) noexcept;
@@ -185,7 +187,9 @@ void ComponentLabels::split(Slice some, std::uint32_t blocks, const CellsOf& cel
 template <typename SignsOf, typename Neighbour>
 bool ComponentLabels::spread(std::uint32_t blocks, std::uint32_t most, const SignsOf& signs_of,
                              const Neighbour& neighbour) noexcept {
-  for (; most > 0; --most) {
+  constexpr std::uint32_t kAround = 4;
+  while (most > 0) {
+    most -= std::min(most, open_block_ != kNone ? kAround : 1U);
     if (open_block_ != kNone) {
       spread_from(std::exchange(open_block_, parts_of_[open_block_].first_low), neighbour);
     } else if (next_block_ == blocks) {

@@ -34,9 +34,9 @@ std::uint32_t Pipeline::State::closing_step_cost() const noexcept {
     case Closing::kRemoval:
       return removal.step_cost(blocks);
     case Closing::kComponents:
-      return slice_cost::kComponents;
+      return removal.classify_cost();
     case Closing::kDecision:
-      return slice_cost::kDecision;
+      return slice_cost::decision(blocks);
     case Closing::kOutput:
       return slice_cost::kOutput;
     case Closing::kRecord:

@@ -6,26 +6,30 @@
 
 #include "src/onboard/keyframe/scan_accumulator.hpp"
 
-/// Microseconds that slices take on a core of a desktop: means over KITTI raw 0005 and simulated
-/// towns of the OS2-128, the VLP-16 and the Mid-360, each within a half of them. They decide how
-/// work is spread over calls, not what comes of it; only their ratios matter, and a processor with
-/// other ratios has less even calls.
+/// Microseconds that slices take on a core of a server with AVX2: means over KITTI raw 0005 and
+/// simulated towns of the OS2-128, VLP-16, Aeva, Avia and Mid-360, most within a half of them. They
+/// decide how work is spread over calls, not what comes of it; only their ratios matter, and a
+/// processor with other ratios has less even calls.
 namespace unimapper::onboard::slice_cost {
 
 inline constexpr std::uint32_t kMeasuring = 390;      ///< a scan, `SamplingMonitor::step`
 inline constexpr std::uint32_t kBeginningScan = 250;  ///< aligning it
-inline constexpr std::uint32_t kTable = 300;
-inline constexpr std::uint32_t kMoments = 330;
-inline constexpr std::uint32_t kPlanes = 220;
-inline constexpr std::uint32_t kSplit = 100;
-inline constexpr std::uint32_t kComponents = 160;
-inline constexpr std::uint32_t kDecision = 1000;
-inline constexpr std::uint32_t kOutput = 350;
-inline constexpr std::uint32_t kLabels = 280;
-inline constexpr std::uint32_t kDescription = 130;
-inline constexpr std::uint32_t kSearch = 100;
-inline constexpr std::uint32_t kInsertion = 230;
-inline constexpr std::uint32_t kCalibration = 130;
+inline constexpr std::uint32_t kTable = 240;
+inline constexpr std::uint32_t kMoments = 275;
+inline constexpr std::uint32_t kPlanes = 140;
+inline constexpr std::uint32_t kSplit = 90;
+inline constexpr std::uint32_t kParts = 55;  ///< of components
+inline constexpr std::uint32_t kSpreading = 120;
+inline constexpr std::uint32_t kFollowing = 25;  ///< of low cells
+inline constexpr std::uint32_t kTallies = 65;
+inline constexpr std::uint32_t kMarking = 15;
+inline constexpr std::uint32_t kClusters = 70;
+inline constexpr std::uint32_t kOutput = 230;
+inline constexpr std::uint32_t kLabels = 115;
+inline constexpr std::uint32_t kDescription = 120;
+inline constexpr std::uint32_t kSearch = 80;
+inline constexpr std::uint32_t kInsertion = 190;
+inline constexpr std::uint32_t kCalibration = 110;
 inline constexpr std::uint32_t kBookkeeping = 5;
 
 /// A shorter slice says nothing of how fast this processor is: what it takes is mostly chance.
@@ -36,20 +40,30 @@ inline constexpr std::uint32_t kLeastTimed = 100;
   return blocks / 22;
 }
 [[nodiscard]] constexpr std::uint32_t ground(std::uint32_t blocks) noexcept { return blocks / 180; }
-[[nodiscard]] constexpr std::uint32_t transparent_ground(std::uint32_t blocks) noexcept {
-  return blocks / 40;
-}
 [[nodiscard]] constexpr std::uint32_t ground_levels(std::uint32_t blocks) noexcept {
-  return blocks / 18;
+  return blocks / 27;
 }
 [[nodiscard]] constexpr std::uint32_t occupancy(std::uint32_t blocks) noexcept {
-  return blocks / 120;
+  return blocks / 65;
 }
-[[nodiscard]] constexpr std::uint32_t record(std::uint32_t blocks) noexcept { return blocks / 75; }
+[[nodiscard]] constexpr std::uint32_t record(std::uint32_t blocks) noexcept { return blocks / 52; }
+[[nodiscard]] constexpr std::uint32_t decision(std::uint32_t blocks) noexcept {
+  return 100 + blocks / 40;
+}
 
-/// Of the evidence, by the images that a new candidate is projected into.
-[[nodiscard]] constexpr std::uint32_t evidence(std::uint32_t images) noexcept {
-  return 200 + 4 * images;
+/// Of projecting cells into images.
+[[nodiscard]] constexpr std::uint32_t projections(std::uint32_t count) noexcept {
+  return count / 400;
+}
+/// Of the evidence of some blocks.
+[[nodiscard]] constexpr std::uint32_t evidence(std::uint32_t cells_in_images,
+                                               std::uint32_t blocks) noexcept {
+  return projections(cells_in_images) + blocks / 16;
+}
+/// Of samples of the ground that are projected.
+[[nodiscard]] constexpr std::uint32_t transparent_ground(std::uint32_t blocks,
+                                                         std::uint32_t samples_in_images) noexcept {
+  return blocks / 60 + projections(samples_in_images);
 }
 /// Of counting the points of a keyframe.
 [[nodiscard]] constexpr std::uint32_t counting(std::uint64_t points) noexcept {

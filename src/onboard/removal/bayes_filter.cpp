@@ -53,8 +53,7 @@ void BayesFilter::allocate(Arena& arena, const PipelineConfig& config) noexcept 
   log_odds_.store = std::min(std::max(log_odds_.clamp, log_odds_.confirmed_static), 30000);
   executor_ = config.executor;
   workers_ = arena.allocate<Worker>(executor_.workers);
-  slice_blocks_ = slice_size(config, 4096);
-  slice_projections_ = config.deferred ? 1U << 16U : UINT32_MAX;
+  slice_blocks_ = slice_size(config, kSliceBlocks);
   sums_ = arena.allocate<std::int16_t>(config.voxel.max_cells);
   sums_before_ = arena.allocate<std::int16_t>(config.voxel.max_cells);
 }
@@ -64,54 +63,100 @@ void BayesFilter::begin(const EvidenceWindow& window, const CellTable& cells) no
     workers_[i].known.size = workers_[i].fresh.size = 0;
   }
   loop_.begin();
-  slice_ = {0, 0};
-  images_ = free_space_.own_keyframe ? window.current().image_count : 0;
+  const std::uint32_t own = free_space_.own_keyframe ? window.current().image_count : 0;
+  images_ = own;
   for (std::uint32_t age = 1; age <= window.earlier_count(); ++age) {
     images_ += 1 + window.earlier(age).image_count / free_space_.earlier_image_stride;
   }
+  latest_images_ = own != 0 || window.earlier_count() == 0 ? own : window.earlier(1).image_count;
   std::fill_n(sums_, cells.size(), kNoCandidate);
+  begin_slices(window, cells);
 }
 
 bool BayesFilter::step(const EvidenceWindow& window, CellTable& cells) noexcept {
-  if (slice_.size() == 0) {
-    slice_ = loop_.next(static_cast<std::uint32_t>(cells.blocks().size()), slice_blocks_);
-    const Cut begun(is_shared(), slice_, part_blocks());
-    for (std::uint32_t part = 0; part < begun.parts(); ++part)
-      next_block_[part] = begun[part].first;
+  const Slice some = next_slice();
+  for_slices(executor_, some, is_deferred() ? kRun : kBlocksPerPart,
+             [&](Slice part, std::uint32_t worker) noexcept {
+               collect_all(window, cells, part, workers_[worker]);
+             });
+  slice_.first = some.end;
+  const bool is_last = slice_.size() == 0 && loop_.is_over();
+  // A deferred slice leaves no candidates to the next one: what it takes follows from its own.
+  if (is_deferred() || is_last) {
+    for_parts(executor_, executor_.workers, [&](std::uint32_t part, std::uint32_t) noexcept {
+      finish_known(window, cells, workers_[part].known);
+      finish_new(window, cells, workers_[part].fresh);
+    });
   }
-  const Cut cut(is_shared(), slice_, part_blocks());
-  // By part: what a worker has done before depends on which parts it took.
-  const std::uint32_t most_new =
-      slice_projections_ / std::max(images_, 1U) / std::max(cut.parts(), 1U);
-  for_parts(executor_, cut.parts(), [&](std::uint32_t part, std::uint32_t worker) noexcept {
-    next_block_[part] =
-        collect_some(window, cells, {next_block_[part], cut[part].end}, most_new, workers_[worker]);
-  });
-  for (std::uint32_t part = 0; part < cut.parts(); ++part) {
-    if (next_block_[part] < cut[part].end) return true;
+  if (!is_last) {
+    if (slice_.size() == 0) begin_slices(window, cells);
+    return true;
   }
-  slice_ = {0, 0};
-  if (!loop_.is_over()) return true;
-  for_parts(executor_, executor_.workers, [&](std::uint32_t part, std::uint32_t) noexcept {
-    finish_known(window, cells, workers_[part].known);
-    finish_new(window, cells, workers_[part].fresh);
-  });
   std::swap(sums_, sums_before_);
   rows_ = cells.size();
   return false;
 }
 
-std::uint32_t BayesFilter::collect_some(const EvidenceWindow& window, CellTable& cells,
-                                        Slice blocks, std::uint32_t most_new,
-                                        Worker& worker) noexcept {
-  std::uint32_t b = blocks.first;
-  for (std::uint32_t found = 0; b < blocks.end && found <= most_new; ++b) {
+void BayesFilter::begin_slices(const EvidenceWindow& window, const CellTable& cells) noexcept {
+  slice_ = loop_.next(static_cast<std::uint32_t>(cells.blocks().size()), slice_blocks_);
+  if (!is_deferred()) return;
+  slices_begin_ = slice_.first;
+  const std::uint32_t runs = (slice_.size() + kRun - 1) / kRun;
+  for_parts(executor_, runs, [&](std::uint32_t run, std::uint32_t) noexcept {
+    const std::uint32_t first = slice_.first + run * kRun;
+    projections_[run] = 0;
+    for (std::uint32_t b = first; b < std::min(first + kRun, slice_.end); ++b) {
+      const std::uint32_t fresh = new_of(window, cells, b);
+      const std::uint32_t known = popcount(cells.marks(b).candidate) - fresh;
+      projections_[run] += fresh * images_ + known * latest_images_;
+    }
+  });
+}
+
+Slice BayesFilter::next_slice() const noexcept {
+  if (!is_deferred() || slice_.size() == 0) return slice_;
+  std::uint32_t run = (slice_.first - slices_begin_) / kRun;
+  std::uint32_t end = slice_.first;
+  std::uint32_t sum = 0;
+  do {
+    sum += projections_[run++];
+    end = std::min(end + kRun, slice_.end);
+  } while (end < slice_.end && sum + projections_[run] <= kSliceProjections);
+  return {slice_.first, end};
+}
+
+std::uint32_t BayesFilter::step_projections() const noexcept {
+  if (!is_deferred()) return 0;
+  const Slice some = next_slice();
+  std::uint32_t sum = 0;
+  for (std::uint32_t b = some.first; b < some.end; b += kRun) {
+    sum += projections_[(b - slices_begin_) / kRun];
+  }
+  return sum;
+}
+
+std::uint32_t BayesFilter::new_of(const EvidenceWindow& window, const CellTable& cells,
+                                  std::uint32_t b) const noexcept {
+  const std::uint64_t candidates = cells.marks(b).candidate;
+  if (candidates == 0) return 0;
+  const BlockHistory before = window.blocks().before(b);
+  const std::uint64_t known = log_odds_.clamp > 0 ? candidates & before.occupied : 0;
+  std::uint32_t count = popcount(candidates & ~known);
+  for (std::uint64_t left = known; left != 0; left &= left - 1) {
+    const std::uint32_t rank = popcount(before.occupied & (lowest_bit(left) - 1U));
+    count += sums_before_[before.first + rank] == kNoCandidate ? 1U : 0U;
+  }
+  return count;
+}
+
+void BayesFilter::collect_all(const EvidenceWindow& window, CellTable& cells, Slice blocks,
+                              Worker& worker) noexcept {
+  for (std::uint32_t b = blocks.first; b < blocks.end; ++b) {
     if (!worker.known.has_room()) finish_known(window, cells, worker.known);
     if (!worker.fresh.has_room()) finish_new(window, cells, worker.fresh);
     prefetch(window.blocks(), b + kHistoryAhead);
-    found += collect(window, cells, b, worker);
+    collect(window, cells, b, worker);
   }
-  return b;
 }
 
 void BayesFilter::prefetch(const BlockWindow& blocks, std::uint32_t block) const noexcept {
@@ -122,10 +167,10 @@ void BayesFilter::prefetch(const BlockWindow& blocks, std::uint32_t block) const
   prefetch_for_read(sums_before_ + blocks.before(block).first);
 }
 
-std::uint32_t BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells,
-                                   std::uint32_t b, Worker& worker) const noexcept {
+void BayesFilter::collect(const EvidenceWindow& window, const CellTable& cells, std::uint32_t b,
+                          Worker& worker) const noexcept {
   const std::uint64_t candidates = cells.marks(b).candidate;
-  if (candidates == 0) return 0;
+  if (candidates == 0) return;
   const Block& block = cells.blocks()[b];
   const BlockHistory before = window.blocks().before(b);
   const std::int16_t* const sums_before = sums_before_ + before.first;
@@ -145,14 +190,13 @@ std::uint32_t BayesFilter::collect(const EvidenceWindow& window, const CellTable
       worker.known.add(cells, row, carried - log_odds_.weights.occupied);
     }
   }
-  if (fresh.size == first_new) return 0;
+  if (fresh.size == first_new) return;
   const CellCounts occupied(window.blocks().occupied(b));
   for (std::uint32_t i = first_new; i < fresh.size; ++i) {
     // Occupied in the current keyframe, too, which is no evidence.
     const std::int32_t times = occupied.of(cells.bit_of_row(fresh.row[i])) - 1;
     fresh.log_odds[i] = -log_odds_.weights.occupied * times;
   }
-  return fresh.size - first_new;
 }
 
 void BayesFilter::finish_known(const EvidenceWindow& window, CellTable& cells,

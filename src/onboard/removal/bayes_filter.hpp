@@ -29,9 +29,14 @@ class BayesFilter {
   /// Begins to mark the candidates of `cells` whose probability exceeds one half as dynamic.
   /// O(cells).
   void begin(const EvidenceWindow& window, const CellTable& cells) noexcept;
-  /// Decides about the next ones. With `deferred` it does those of 4,096 blocks, or what
-  /// about 65,536 projections into images decide. False once none is left.
+  /// Decides about the next ones. With `deferred` these are 4,096 blocks, or fewer that need
+  /// `kSliceProjections`; 16 blocks at least. False once none is left.
   bool step(const EvidenceWindow& window, CellTable& cells) noexcept;
+  /// Projections into images after which a slice ends.
+  static constexpr std::uint32_t kSliceProjections = 1U << 16U;
+  /// With `deferred`: projections into images that the next slice needs, and its blocks.
+  [[nodiscard]] std::uint32_t step_projections() const noexcept;
+  [[nodiscard]] std::uint32_t step_blocks() const noexcept { return next_slice().size(); }
   /// Images that a new candidate is projected into.
   [[nodiscard]] std::uint32_t images() const noexcept { return images_; }
 
@@ -52,21 +57,26 @@ class BayesFilter {
   /// Candidates that a worker has not decided about yet. Every block has one worker.
   struct Worker;
 
-  // Where the work is deferred, parts, and so steps, are the same with any number of workers; few
-  // of them, for each ends with its own number of new candidates.
+  /// Blocks whose projections are counted together.
+  static constexpr std::uint32_t kRun = 16;
+  static constexpr std::uint32_t kSliceBlocks = 4096;
+
   [[nodiscard]] bool is_deferred() const noexcept { return slice_blocks_ != UINT32_MAX; }
-  [[nodiscard]] bool is_shared() const noexcept { return executor_.workers > 1 || is_deferred(); }
-  [[nodiscard]] std::uint32_t part_blocks() const noexcept {
-    return is_deferred() ? 1024 : kBlocksPerPart;
-  }
-  /// Does blocks of a part until they held more than so many new candidates. Returns the next one.
-  std::uint32_t collect_some(const EvidenceWindow& window, CellTable& cells, Slice blocks,
-                             std::uint32_t most_new, Worker& worker) noexcept;
+  /// Takes the next blocks, and with `deferred` counts what they need, for the slices to come.
+  void begin_slices(const EvidenceWindow& window, const CellTable& cells) noexcept;
+  /// New candidates of a block.
+  [[nodiscard]] std::uint32_t new_of(const EvidenceWindow& window, const CellTable& cells,
+                                     std::uint32_t block) const noexcept;
+  /// The blocks of the next slice: as many runs as it affords, one at least.
+  [[nodiscard]] Slice next_slice() const noexcept;
+  /// Does some blocks, but for the candidates that are left in the worker's groups.
+  void collect_all(const EvidenceWindow& window, CellTable& cells, Slice blocks,
+                   Worker& worker) noexcept;
   /// Starts loading what is known of a block, if there is one of that number.
   void prefetch(const BlockWindow& blocks, std::uint32_t block) const noexcept;
-  /// Puts the candidates of a block into the group they belong to. Returns how many are new.
-  std::uint32_t collect(const EvidenceWindow& window, const CellTable& cells, std::uint32_t block,
-                        Worker& worker) const noexcept;
+  /// Puts the candidates of a block into the group they belong to.
+  void collect(const EvidenceWindow& window, const CellTable& cells, std::uint32_t block,
+               Worker& worker) const noexcept;
   void finish_known(const EvidenceWindow& window, CellTable& cells, Group& known) noexcept;
   void finish_new(const EvidenceWindow& window, CellTable& cells, Group& fresh) noexcept;
   void add_columns(Group& group, const BlockWindow& blocks, const KeyframeEvidence& evidence,
@@ -86,15 +96,16 @@ class BayesFilter {
   Executor executor_;
   Worker* workers_ = nullptr;
   std::uint32_t slice_blocks_ = 0;
-  std::uint32_t slice_projections_ = 0;
 
   /// Sums by row, of this keyframe and of the one before; `kNoCandidate` for all others.
   static constexpr std::int16_t kNoCandidate = INT16_MIN;
   std::uint32_t rows_ = 0;  ///< of the last run
   SlicedLoop loop_;
-  Slice slice_{};                         ///< blocks that are being decided about, in parts
-  std::uint32_t next_block_[Cut::kMost];  ///< by part
-  std::uint32_t images_ = 0;              ///< that a new candidate is projected into
+  Slice slice_{};                   ///< blocks that were counted and are not decided about yet
+  std::uint32_t slices_begin_ = 0;  ///< the first block that was counted with them
+  std::uint32_t projections_[kSliceBlocks / kRun];  ///< by run from there on
+  std::uint32_t images_ = 0;                        ///< that a new candidate is projected into
+  std::uint32_t latest_images_ = 0;                 ///< that any other one is
   std::int16_t* sums_ = nullptr;
   std::int16_t* sums_before_ = nullptr;
 };

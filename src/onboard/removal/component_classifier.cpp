@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "src/onboard/slice_cost.hpp"
 #include "unimapper/core/pose.hpp"
 #include "unimapper/free_space/evidence_weights.hpp"
 
@@ -76,6 +77,26 @@ bool ComponentClassifier::step(const BlockWindow& window, std::span<const std::i
     loop_.begin();
   }
   return true;
+}
+
+std::uint32_t ComponentClassifier::step_cost() const noexcept {
+  switch (task_) {
+    case Task::kSplit:
+      return slice_cost::kParts;
+    case Task::kSpread:
+      return slice_cost::kSpreading;
+    case Task::kFollow:
+      return slice_cost::kFollowing;
+    case Task::kCount:
+      return slice_cost::kTallies;
+    case Task::kMark:
+      return slice_cost::kMarking;
+    case Task::kClusters:
+      return slice_cost::kClusters;
+    case Task::kDone:
+      break;
+  }
+  return slice_cost::kBookkeeping;
 }
 
 void ComponentClassifier::count(const BlockWindow& window, std::span<const std::int16_t> log_odds,

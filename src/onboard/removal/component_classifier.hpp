@@ -43,6 +43,8 @@ class ComponentClassifier {
   /// block-wise.
   bool step(const BlockWindow& window, std::span<const std::int16_t> log_odds,
             const Viewpoint& viewpoint, CellTable& cells) noexcept;
+  /// What that costs, about (`slice_cost`).
+  [[nodiscard]] std::uint32_t step_cost() const noexcept;
   /// Number of components with a sign that they may be dynamic, once all is done.
   [[nodiscard]] std::uint32_t components() const noexcept { return components_; }
 

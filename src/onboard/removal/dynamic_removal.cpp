@@ -53,7 +53,8 @@ void DynamicRemoval::list_stages(std::uint32_t blocks, Stage stage) const noexce
                                          removal.viewpoint_.sensor_m, removal.voxels_.map());
     return false;
   });
-  stage(slice_cost::transparent_ground(blocks),
+  const std::uint32_t samples = transparent_.projections(ground_voxels_, filter_.images());
+  stage(slice_cost::transparent_ground(blocks, samples),
         [](DynamicRemoval& removal, const Input& in) noexcept {
           removal.ground_voxels_ -=
               removal.transparent_.reject(in.window, removal.cells_, removal.voxels_);
@@ -77,7 +78,7 @@ void DynamicRemoval::list_stages(std::uint32_t blocks, Stage stage) const noexce
     removal.prepare_evidence(in.window);
     return false;
   });
-  stage(slice_cost::evidence(filter_.images()),
+  stage(slice_cost::evidence(filter_.step_projections(), filter_.step_blocks()),
         [](DynamicRemoval& removal, const Input& in) noexcept {
           return removal.filter_.step(in.window, removal.cells_);
         });

@@ -38,14 +38,15 @@ class DynamicRemoval {
   /// one pass over the coarse voxels, or one over the cells that decides nothing. False once each
   /// cell has its own evidence.
   bool step(const CellStore& store, EvidenceWindow& window) noexcept;
+  /// What it costs, about (`slice_cost`), in a keyframe of so many blocks.
+  [[nodiscard]] std::uint32_t step_cost(std::uint32_t blocks) const noexcept;
   /// What follows: a slice of the components. One worker does it. False once all cells are
   /// labelled.
   bool classify_step(const EvidenceWindow& window) noexcept {
     return config_.removal.components &&
            classifier_.step(window.blocks(), filter_.log_odds(), viewpoint_, cells_);
   }
-  /// What it costs, about (`slice_cost`), in a keyframe of so many blocks.
-  [[nodiscard]] std::uint32_t step_cost(std::uint32_t blocks) const noexcept;
+  [[nodiscard]] std::uint32_t classify_cost() const noexcept { return classifier_.step_cost(); }
 
   /// The keyframe leaves no evidence: the next one goes on from the one before.
   void discard() noexcept { filter_.discard(); }

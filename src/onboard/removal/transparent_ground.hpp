@@ -24,6 +24,11 @@ class TransparentGround {
   /// O(cells + ground voxels x images of the window).
   std::uint32_t reject(const EvidenceWindow& window, const CellTable& cells,
                        CoarseVoxels& voxels) noexcept;
+  /// About how many projections that takes, with so many ground voxels and images.
+  [[nodiscard]] std::uint32_t projections(std::uint32_t ground_voxels,
+                                          std::uint32_t images) const noexcept {
+    return share_ > 0.0F ? kSamplesPerVoxel * ground_voxels * images : 0;
+  }
 
  private:
   static constexpr std::uint32_t kSamplesPerVoxel = 8;
