@@ -54,7 +54,7 @@ class ComponentLabels {
   /// Begins to label in parts, for callers who have little time at once. `split`, `spread` and
   /// `add_low` follow, each through all `blocks` blocks.
   void begin() noexcept {
-    part_count_ = size_ = next_block_ = 0;
+    part_count_ = size_ = next_block_ = crowded_ = 0;
     open_block_ = kNone;
   }
   /// Splits the cells of some blocks, in their order: parts are numbered in it.
@@ -70,6 +70,8 @@ class ComponentLabels {
   template <typename Neighbour>
   void add_low(Slice some, std::uint32_t blocks, const Neighbour& neighbour) noexcept;
 
+  /// Blocks without room for each of their parts, or for parts of their low cells.
+  [[nodiscard]] std::uint32_t crowded() const noexcept { return crowded_; }
   /// Components, which are numbered from 0 on.
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
 
@@ -159,6 +161,7 @@ class ComponentLabels {
   std::uint32_t size_ = 0;
   std::uint32_t open_block_ = kNone;  ///< the first of those with open parts
   std::uint32_t next_block_ = 0;      ///< where the next component may begin
+  std::uint32_t crowded_ = 0;
   std::uint32_t max_parts_ = 0;
   std::uint32_t max_with_low_ = 0;
   Parts* parts_of_ = nullptr;           ///< by block
@@ -288,6 +291,7 @@ void ComponentLabels::add_low_cells(std::uint32_t b, const Neighbour& neighbour,
                   // As in `split_block`.
                   const std::uint64_t following =
                       is_short(max_with_low_, blocks_left) ? low : touched;
+                  if (following != touched) ++crowded_;
                   cells_[part_count_] = following;
                   component_[part_count_++] = component_[part.number];
                   ++own.low_count;

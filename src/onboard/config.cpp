@@ -33,10 +33,10 @@ Error VoxelConfig::validate() const noexcept {
   if (ratio < 1.9F || ratio > 64.1F || misfit < -1e-3F || misfit > 1e-3F) {
     return invalid("voxel.coarse_size_m must be 2 to 64 times voxel.fine_size_m, a whole multiple");
   }
-  if (max_window_blocks < max_cells / 4) {
+  if (max_window_blocks < max_blocks()) {
     return invalid(
         "voxel.max_window_blocks must have room for one keyframe: at least a quarter of "
-        "voxel.max_cells");
+        "voxel.max_cells, or a fifth and 4096");
   }
   return {};
 }

@@ -181,6 +181,19 @@ TEST_CASE("A block is one component if there is no capacity for its parts") {
   CHECK(one.size() == 8);
 }
 
+TEST_CASE("A block without room for its parts is counted") {
+  const std::uint64_t apart = 0b0101;
+  const auto crowded = [](std::size_t parts, const LabelledCells& cells) {
+    Owned<ComponentLabels> labels(1, parts);
+    (void)labels->label(
+        1, [&](std::uint32_t) { return cells; },
+        [](std::uint32_t, const BlockOffset&) { return ComponentLabels::kNone; });
+    return labels->crowded();
+  };
+  CHECK(crowded(2, {apart, 0}) == 0);
+  CHECK(crowded(1, {apart, 0}) == 1);
+}
+
 TEST_CASE("A component is dynamic from one share on and static below the other") {
   CHECK(classify(30, 100, 0.3F, 0.1F) == ComponentClass::kDynamic);
   CHECK(classify(29, 100, 0.3F, 0.1F) == ComponentClass::kMixed);

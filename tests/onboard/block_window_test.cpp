@@ -206,8 +206,13 @@ TEST_CASE("a window agrees with its model under random loads, whatever runs out 
     // Back and forth, so that tiles are given back beside others that stay; now and then far off.
     x_m += draw(0, 9) == 0 ? draw(-60, 60) : 0.4 * draw(-10, 10);
     const int blocks = draw(0, 9) == 0 ? draw(300, 900) : draw(1, 150);
+    const std::uint32_t remembered = owned.window.earlier_count();
     const auto indices = drive.keyframe(x_m, blocks, draw(2, 9));
     REQUIRE(owned.window.size() <= owned.window.capacity());
+    // Blocks or tiles have run out: the window says that it is full.
+    if (owned.window.earlier_count() < remembered) {
+      REQUIRE(owned.window.size() == owned.window.capacity());
+    }
     if (capacity == 2000) REQUIRE(owned.window.earlier_count() == drive.kept());
     drive.check_history(indices, std::min<std::size_t>(drive.kept(), owned.window.earlier_count()));
     if (draw(0, 4) == 0) {

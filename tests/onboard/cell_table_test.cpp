@@ -99,5 +99,8 @@ TEST_CASE("vectors of every width find the same cells") {
     }
     return words;
   };
-  CHECK(found(widest_vectors()) == found(VectorWidth::kBaseline));
+  const std::vector<std::uint32_t> baseline = found(VectorWidth::kBaseline);
+  for (const VectorWidth width : {VectorWidth::kAvx2, VectorWidth::kAvx512}) {
+    if (width <= widest_vectors()) CHECK(found(width) == baseline);
+  }
 }

@@ -67,8 +67,11 @@ TEST_CASE("an invalid configuration is refused with the reason") {
   CHECK_THAT(message([&](auto& c) { c.removal.log_odds_free = nan; }),
              Contains("removal.log_odds_free"));
   CHECK_THAT(message([](auto& c) { c.removal.window = 99; }), Contains("window"));
-  CHECK_THAT(message([](auto& c) { c.voxel.max_window_blocks = c.voxel.max_cells / 4 - 1; }),
+  CHECK_THAT(message([](auto& c) { c.voxel.max_window_blocks = c.voxel.max_blocks() - 1; }),
              Contains("max_window_blocks"));
+  PipelineConfig least = preset(SensorKind::kGeneric);
+  least.voxel.max_window_blocks = least.voxel.max_blocks();
+  CHECK(least.validate().ok());
   CHECK_THAT(message([](auto& c) { c.loop_search.max_verified = 33; }), Contains("max_candidates"));
   CHECK_THAT(message([](auto& c) {
                c.descriptor.max_planes = 60000;

@@ -115,7 +115,8 @@ consteval auto parameters_of(const C*) {
                                "Capacity: occupied fine cells of one keyframe."),
       parameter<&C::max_window_blocks>("[16, 4194304]", "blocks", "sensor",
                                        "Capacity: blocks of 4 x 4 x 4 cells that any keyframe of "
-                                       "the window occupies, at least a quarter of max_cells; "
+                                       "the window occupies, at least a quarter of max_cells, or "
+                                       "a fifth and 4096; "
                                        "beyond it the oldest keyframes are evicted early."),
       parameter<&C::max_voxels>("[16, 1048576]", "voxels", "choice",
                                 "Capacity: occupied coarse voxels of one keyframe."));

@@ -15,7 +15,7 @@ enum class DropCause : std::uint8_t {
   kScanTooLarge,      ///< points beyond `KeyframeConfig::max_points_per_scan`
   kCellsFull,         ///< points that found no room among the fine cells or their blocks
   kVoxelsFull,        ///< fine cells that found no room among the coarse voxels
-  kEvidenceFull,      ///< columns, and blocks to be relabelled, that found no room in the window
+  kEvidenceFull,      ///< columns, and blocks with parts or to be relabelled, without room
   kDescriptionFull,   ///< cells, voxels or keypoints the place describer refused
   kTriangleTableFull  ///< triangles the place database refused
 };

@@ -56,6 +56,7 @@ void BlockWindow::forget() noexcept {
 }
 
 void BlockWindow::begin(const Grid& grid) noexcept {
+  evicted_early_ = false;
   GridShift shift;
   if (started_) shift = shift_between(grid, origin_);
   if (!started_ || !shift.representable) {
@@ -265,6 +266,7 @@ void BlockWindow::free_block(std::uint32_t entry) noexcept {
 bool BlockWindow::make_room() noexcept {
   if (earlier_ == 0) return false;
   if (early_eviction_ != nullptr) early_eviction_(early_eviction_context_);
+  evicted_early_ = true;
   evict(entered_[slot(earlier_)]);
   --earlier_;
   return true;

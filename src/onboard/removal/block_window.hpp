@@ -161,8 +161,9 @@ class BlockWindow {
 
   /// Blocks of the current keyframe that have a number.
   [[nodiscard]] std::uint32_t numbered() const noexcept { return entered_[current_].count; }
-  /// Blocks held, and how many there is room for.
-  [[nodiscard]] std::uint32_t size() const noexcept { return used_; }
+  /// Blocks held, and how many there is room for: all of it where the current or last keyframe
+  /// evicted others early, be it for want of blocks or of tiles.
+  [[nodiscard]] std::uint32_t size() const noexcept { return evicted_early_ ? capacity_ : used_; }
   [[nodiscard]] std::uint32_t capacity() const noexcept { return capacity_; }
 
  private:
@@ -234,6 +235,7 @@ class BlockWindow {
   Grid origin_;
   VoxelIndex shift_;  ///< from blocks of the current grid to blocks of the origin's
   bool started_ = false;
+  bool evicted_early_ = false;  ///< since `begin`
 
   std::uint32_t slots_ = 2;  ///< of the ring of keyframes: window + 1
   std::uint32_t current_ = 0;

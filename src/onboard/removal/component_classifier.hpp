@@ -45,6 +45,8 @@ class ComponentClassifier {
             const Viewpoint& viewpoint, CellTable& cells) noexcept;
   /// What that costs, about (`slice_cost`).
   [[nodiscard]] std::uint32_t step_cost() const noexcept;
+  /// Blocks without room for their parts, whose cells therefore stand together.
+  [[nodiscard]] std::uint32_t crowded() const noexcept { return labels_.crowded(); }
   /// Number of components with a sign that they may be dynamic, once all is done.
   [[nodiscard]] std::uint32_t components() const noexcept { return components_; }
 

@@ -121,7 +121,10 @@ void DynamicRemoval::prepare_evidence(EvidenceWindow& window) noexcept {
 
 void DynamicRemoval::tell(Keyframe& keyframe) const noexcept {
   keyframe.statistics.ground_voxels = ground_voxels_;
-  keyframe.statistics.components = config_.removal.components ? classifier_.components() : 0;
+  if (config_.removal.components) {
+    keyframe.statistics.components = classifier_.components();
+    keyframe.dropped(DropCause::kEvidenceFull) += classifier_.crowded();
+  }
   keyframe.statistics.voxels = voxels_.map().size();
   keyframe.dropped(DropCause::kVoxelsFull) = voxels_.left_out();
   keyframe.use(Capacity::kVoxels, keyframe.statistics.voxels, config_.voxel.max_voxels);
