@@ -4,6 +4,7 @@
 #include <span>
 #include <utility>
 
+#include "src/core/parts.hpp"
 #include "src/onboard/pipeline_state.hpp"
 #include "src/onboard/removal/stray_returns.hpp"
 #include "src/onboard/stage_clock.hpp"
@@ -104,8 +105,14 @@ void Pipeline::State::decide() noexcept {
     builder.keep_slip(current->view.slip);
   } else {
     if (!is_relabelled) finisher.begin_labels(window, finished_untold);
-    finisher.store_labels(window, removal.cells(), *current);
-    find_up();
+    // Neither needs the other: two workers do them at the same time.
+    for_parts(config.executor, 2, [this](std::uint32_t part, std::uint32_t) noexcept {
+      if (part == 0) {
+        finisher.store_labels(window, removal.cells(), *current);
+      } else {
+        find_up();
+      }
+    });
   }
   output.begin(window.blocks(), removal.cells(), current->view.T_odometry_keyframe,
                builder.scans().intensities());
