@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/odometry/point_to_point.hpp"
 #include "ports/datasets/dataset.hpp"
 #include "src/core/quantile.hpp"
 #include "unimapper/core/owned.hpp"
@@ -64,6 +65,19 @@ double processor_ms() {
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
+/// Error of the place since the first scan, odometry axes.
+Eigen::Vector3d error_of(const PosePair& first, const PosePair& last) {
+  const Pose truth = first.truth.inverse() * last.truth;
+  const Pose estimate = first.estimate.inverse() * last.estimate;
+  return first.estimate.rotation * (estimate.translation - truth.translation);
+}
+
+/// What the sum of covariances says of an error in its direction.
+double sigma_of(const Eigen::Matrix3d& covariance_m2, const Eigen::Vector3d& error) {
+  const Eigen::Vector3d along = error.normalized();
+  return std::sqrt(along.dot(covariance_m2 * along));
+}
+
 /// What an odometry said of every scan of a recording.
 struct Run {
   std::vector<PosePair> pairs;
@@ -73,6 +87,7 @@ struct Run {
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< of the place at the end
   std::size_t degenerate = 0;
   std::size_t lost = 0;
+  double most_sigmas = 0.0;  ///< off from the truth by so many, where that is more than 1 m
 };
 
 /// Tells the odometry of what a gyroscope would measure: 200 Hz, by the recorded poses.
@@ -105,7 +120,28 @@ class SimulatedGyroscope {
 
 enum class Imu { kNone, kGyroscope, kRecorded };
 
-Run run(const datasets::Dataset& dataset, Imu imu) {
+/// The stamp of the first scan is 0, so that no digit of a time is lost.
+double seconds_of(const datasets::Dataset& dataset, std::size_t scan) {
+  return 1e-9 * static_cast<double>(dataset.stamp_ns(scan) - dataset.stamp_ns(0));
+}
+
+Run run_point_to_point(const datasets::Dataset& dataset) {
+  const std::vector<Pose> truths = dataset.ground_truth_poses();
+  bench::PointToPoint odometry;
+  datasets::Scan scan;
+  Run run;
+  for (std::size_t i = 0; i < dataset.scan_count(); ++i) {
+    dataset.read_scan(i, scan);
+    const double begin_ms = processor_ms();
+    const Pose pose = odometry.add_scan(seconds_of(dataset, i), scan.view(), scan.time_s);
+    run.ms.push_back(processor_ms() - begin_ms);
+    run.up_off_deg.push_back(0.0);
+    run.pairs.push_back({pose, truths.empty() ? dataset.pose(i) : truths[i]});
+  }
+  return run;
+}
+
+Run run(const datasets::Dataset& dataset, Imu imu, bool is_swept) {
   const LidarOdometryConfig config;
   MemoryBlock memory(LidarOdometry::required_bytes(config));
   const auto created = LidarOdometry::create(config, memory.span());
@@ -119,6 +155,7 @@ Run run(const datasets::Dataset& dataset, Imu imu) {
   datasets::Scan scan;
   for (std::size_t i = 0; i < dataset.scan_count(); ++i) {
     dataset.read_scan(i, scan);
+    if (!is_swept) scan.time_s.clear();
     const float last_s =
         scan.time_s.empty() ? 0.0F : *std::max_element(scan.time_s.begin(), scan.time_s.end());
     const std::int64_t last_ns = dataset.stamp_ns(i) + static_cast<std::int64_t>(1e9F * last_s);
@@ -140,6 +177,11 @@ Run run(const datasets::Dataset& dataset, Imu imu) {
     run.covariance_m2 += result.covariance.topLeftCorner<3, 3>();
     run.up_sigma_deg = kDegreesPerRadian * result.up_sigma_rad;
     run.pairs.push_back({result.T_odometry_sensor, truth});
+    const Eigen::Vector3d error = error_of(run.pairs.front(), run.pairs.back());
+    if (error.norm() > 1.0) {
+      run.most_sigmas =
+          std::max(run.most_sigmas, error.norm() / sigma_of(run.covariance_m2, error));
+    }
   }
   return run;
 }
@@ -149,37 +191,38 @@ void print(Run run) {
   const RelativeError relative = relative_error(pairs);
   const auto ate = evaluate::trajectory_error(pairs, evaluate::align(pairs).T_truth_estimate);
   const double path_m = path_of(pairs).back();
-  const Pose truth = pairs.front().truth.inverse() * pairs.back().truth;
-  const Pose estimate = pairs.front().estimate.inverse() * pairs.back().estimate;
-  const Eigen::Vector3d end = estimate.translation - truth.translation;
+  const Eigen::Vector3d end = error_of(pairs.front(), pairs.back());
   const double end_m = end.norm();
-  // What the odometry says of itself in that direction.
-  const Eigen::Vector3d along = pairs.front().estimate.rotation * end.normalized();
-  const double end_sigma_m = std::sqrt(along.dot(run.covariance_m2 * along));
   std::printf(
       "path_m %.1f rel_percent %.3f segments %zu ate_m %.3f drift_percent %.3f ms_p50 %.1f ms_p99 "
       "%.1f degenerate %zu lost %zu up_off_deg %.2f up_sigma_deg %.2f "
-      "end_m %.2f end_sigma_m %.2f\n",
+      "end_m %.2f end_sigma_m %.2f most_sigmas %.1f\n",
       path_m, relative.translation_percent, relative.segments, ate.translation_m.rmse,
       100.0 * end_m / std::max(1.0, path_m), quantile(std::span(run.ms), 0.5),
       quantile(std::span(run.ms), 0.99), run.degenerate, run.lost,
-      quantile(std::span(run.up_off_deg), 0.5), run.up_sigma_deg, end_m, end_sigma_m);
+      quantile(std::span(run.up_off_deg), 0.5), run.up_sigma_deg, end_m,
+      sigma_of(run.covariance_m2, end), run.most_sigmas);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::string with = argc == 3 ? argv[2] : "";
-  const Imu imu = with == "gyroscope" ? Imu::kGyroscope
-                  : with == "imu"     ? Imu::kRecorded
+  const std::string mode = argc == 3 ? argv[2] : "";
+  const Imu imu = mode == "gyroscope" ? Imu::kGyroscope
+                  : mode == "imu"     ? Imu::kRecorded
                                       : Imu::kNone;
-  if (argc != 2 && imu == Imu::kNone) {
-    std::fprintf(stderr, "usage: odometry_bench RECORDING [gyroscope | imu]\n");
+  const bool is_known = imu != Imu::kNone || mode == "swept-as-still" || mode == "point-to-point";
+  if (argc != 2 && !is_known) {
+    std::fprintf(stderr,
+                 "usage: odometry_bench RECORDING [gyroscope | imu | swept-as-still | "
+                 "point-to-point]\n");
     return 2;
   }
   try {
     // The odometry compensates sweeps by itself.
-    print(run(*datasets::open_dataset(argv[1], {.deskew = datasets::Deskew::kOff}), imu));
+    const auto dataset = datasets::open_dataset(argv[1], {.deskew = datasets::Deskew::kOff});
+    print(mode == "point-to-point" ? run_point_to_point(*dataset)
+                                   : run(*dataset, imu, mode != "swept-as-still"));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "odometry_bench: %s\n", error.what());
     return 1;

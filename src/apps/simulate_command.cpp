@@ -32,7 +32,7 @@ struct SimulateOptions {
   bool replaces = false;
   std::vector<std::string> bags;
   std::string extrinsic;
-  bool has_imu = false;
+  BagTopics topics;
 };
 
 std::vector<std::string> known_sensors() {
@@ -121,7 +121,7 @@ void run(SimulateOptions& options, bool has_day) {
   simulator::DriveObserver observer;
   if (!containers.empty()) {
     observer = [&](const simulator::DriveStep& step) {
-      if (!bags) bags.emplace(containers, options.out, T_base_lidar, options.has_imu);
+      if (!bags) bags.emplace(containers, options.out, T_base_lidar, options.topics);
       bags->write(step);
     };
   }
@@ -146,9 +146,13 @@ void add_bags(CLI::App& command, SimulateOptions& options) {
       ->needs(bag);
   command
       .add_flag(
-          "--imu", options.has_imu,
+          "--imu", options.topics.has_imu,
           "Write angular velocity and acceleration of base_link into the bags, too, with biases "
           "and noise")
+      ->needs(bag);
+  command
+      .add_flag("!--no-odometry", options.topics.has_odometry,
+                "Leave /odom and /tf out of the bags")
       ->needs(bag);
 }
 

@@ -29,17 +29,20 @@ std::filesystem::path path_of(bags::Container container, const std::filesystem::
 }  // namespace
 
 BagOutput::BagOutput(const std::vector<bags::Container>& containers,
-                     const std::filesystem::path& out, const Pose& T_base_lidar, bool has_imu)
-    : T_base_lidar_(T_base_lidar), has_imu_(has_imu) {
+                     const std::filesystem::path& out, const Pose& T_base_lidar,
+                     const BagTopics& topics)
+    : T_base_lidar_(T_base_lidar), topics_(topics) {
   using bags::MessageType;
   for (const bags::Container container : containers) {
     Bag bag{bags::create_bag(container, path_of(container, out)), 0, 0, 0, 0, 0};
     bag.points = bag.writer->add_topic({"/points", MessageType::kPointCloud2});
-    bag.odometry = bag.writer->add_topic({"/odom", MessageType::kOdometry});
-    bag.transforms = bag.writer->add_topic({"/tf", MessageType::kTransforms});
+    if (topics.has_odometry) {
+      bag.odometry = bag.writer->add_topic({"/odom", MessageType::kOdometry});
+      bag.transforms = bag.writer->add_topic({"/tf", MessageType::kTransforms});
+    }
     bag.static_transforms =
         bag.writer->add_topic({"/tf_static", MessageType::kTransforms, /*is_latched=*/true});
-    if (has_imu) bag.imu = bag.writer->add_topic({"/imu", MessageType::kImu});
+    if (topics.has_imu) bag.imu = bag.writer->add_topic({"/imu", MessageType::kImu});
     bags_.push_back(std::move(bag));
   }
 }
@@ -74,10 +77,11 @@ void BagOutput::write_odometry(const simulator::OdometrySample& sample, bool wit
     odometry.velocity = moved.translation / seconds;
     odometry.turn_rate = turned.angle() / seconds * turned.axis();
   }
-  if (has_imu_ && last_stamp_ns_ != 0) write_imu(T_map_base, stamp_ns);
+  if (topics_.has_imu && last_stamp_ns_ != 0) write_imu(T_map_base, stamp_ns);
   last_stamp_ns_ = stamp_ns;
   last_pose_ = T_odom_base;
   last_true_pose_ = T_map_base;
+  if (!topics_.has_odometry) return;
   bags::Transforms transforms = {{{stamp_ns, "odom"}, "base_link", T_odom_base}};
   if (with_truth) {
     transforms.push_back({{stamp_ns, "map"}, "odom", T_map_base * T_odom_base.inverse()});

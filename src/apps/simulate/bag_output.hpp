@@ -20,11 +20,17 @@ namespace unimapper::apps {
 /// - /tf_static: base_link to lidar;
 /// - /imu, where asked for: angular velocity and acceleration of base_link, 100 Hz, with
 ///   biases, noise and vibration.
+struct BagTopics {
+  bool has_odometry = true;  ///< /odom and /tf, too
+  bool has_imu = false;
+};
+
+/// Writes them.
 class BagOutput {
  public:
   /// Writes OUT/drive.mcap, OUT/drive.bag or OUT/drive/ for each of `containers`. Throws BagError.
   BagOutput(const std::vector<bags::Container>& containers, const std::filesystem::path& out,
-            const Pose& T_base_lidar, bool has_imu);
+            const Pose& T_base_lidar, const BagTopics& topics);
 
   /// Throws BagError.
   void write(const simulator::DriveStep& step);
@@ -45,7 +51,7 @@ class BagOutput {
 
   std::vector<Bag> bags_;
   Pose T_base_lidar_;
-  bool has_imu_;
+  BagTopics topics_;
   simulator::Random noise_{1};
   simulator::Random shaking_{2};
   Eigen::Vector3d last_velocity_m_s_ = Eigen::Vector3d::Zero();
