@@ -27,8 +27,8 @@ constexpr std::int64_t kProgressNs = 20 * kSecondNs;
 constexpr std::int64_t kMostJobBytes = std::int64_t{64} << 20;
 constexpr std::int64_t kMostAnswerBytes = std::int64_t{128} << 20;
 constexpr std::int64_t kMostKeyframeBytes = std::int64_t{2} << 30;
-/// How often a caller that waits looks for an answer.
-constexpr std::chrono::milliseconds kAnswerPoll{10};
+/// How often a caller that waits looks for an answer that it was not told of.
+constexpr std::chrono::milliseconds kAnswerPoll{200};
 /// More unanswered jobs than any fleet has workers.
 constexpr std::int64_t kMostTaken = 10'000;
 
@@ -117,6 +117,10 @@ class Board final : public JobBoard {
   Board(const Server& server, BoardNames names) : connection_(server), names_(std::move(names)) {
     require_streams(connection_);
     require_consumer(connection_, names_.version);
+    natsSubscription* subscription = nullptr;
+    require(natsConnection_SubscribeSync(&subscription, connection_.handle(), answers().c_str()),
+            kAnswers);
+    told_.reset(subscription);
     take_off();
   }
 
@@ -147,14 +151,29 @@ class Board final : public JobBoard {
     const auto end = std::chrono::steady_clock::now() + wait;
     for (;;) {
       if (auto answer = next_kept()) return answer;
-      if (std::chrono::steady_clock::now() >= end) return std::nullopt;
-      std::this_thread::sleep_for(kAnswerPoll);
+      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
+          end - std::chrono::steady_clock::now());
+      if (left.count() <= 0) return std::nullopt;
+      wait_to_be_told(std::min(left, kAnswerPoll));
     }
   }
 
  private:
   [[nodiscard]] std::string subject() const {
     return kJobSubject + names_.version + "." + names_.project;
+  }
+  [[nodiscard]] std::string answers() const { return kAnswerSubject + names_.project; }
+
+  /// An answer passes by on its way into the stream, where it may be found a little later.
+  void wait_to_be_told(std::chrono::milliseconds wait) {
+    constexpr std::chrono::milliseconds kStored{1};
+    natsMsg* passing = nullptr;
+    const natsStatus status = natsSubscription_NextMsg(&passing, told_.get(), wait.count());
+    const Message message(passing);
+    // The stream has also what was not kept for want of memory.
+    if (status == NATS_TIMEOUT || status == NATS_SLOW_CONSUMER) return;
+    require(status, kAnswers);
+    std::this_thread::sleep_for(kStored);
   }
 
   /// Jobs of a caller that was killed: who asks again, asks anew.
@@ -171,9 +190,9 @@ class Board final : public JobBoard {
   std::optional<std::string> next_kept() {
     jsDirectGetMsgOptions options;
     require(jsDirectGetMsgOptions_Init(&options), kAnswers);
-    const std::string answers = kAnswerSubject + names_.project;
+    const std::string own = answers();
     options.Sequence = read_ + 1;
-    options.NextBySubject = answers.c_str();
+    options.NextBySubject = own.c_str();
     natsMsg* found = nullptr;
     const natsStatus status =
         js_DirectGetMsg(&found, connection_.jetstream(), kAnswers, nullptr, &options);
@@ -186,6 +205,7 @@ class Board final : public JobBoard {
 
   Connection connection_;
   BoardNames names_;
+  Subscription told_;       ///< of answers as they are given
   std::uint64_t read_ = 0;  ///< number of the answer that was read last
 };
 

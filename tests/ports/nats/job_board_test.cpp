@@ -1,6 +1,8 @@
 // Tests of jobs and answers on a board that a real server keeps.
 #include "ports/nats/job_board.hpp"
 
+#include <thread>
+
 #include "tests/ports/nats/server.hpp"
 
 using namespace unimapper::nats_port;
@@ -66,6 +68,35 @@ TEST_CASE("workers of another version get no job, and are told for whom jobs wai
   board->put_job("job");
   CHECK_FALSE(other->next_job(kNow));
   CHECK(other->versions_wanted() == std::vector<std::string>{"1_0-5"});
+}
+
+TEST_CASE("a merge that waits for an answer hears of it at once", "[nats]") {
+  if (!TestServer::is_installed()) return;
+  const TestServer server;
+  const auto board = open_board(server.address(), kNames);
+  board->put_job("job");
+  std::thread worker([&] {
+    const auto source = open_source(server.address(), kNames.version);
+    if (source->next_job(kSoon)) source->answer("answer");
+  });
+  const auto begin = std::chrono::steady_clock::now();
+  const auto answer = board->next_answer(std::chrono::seconds(10));
+  worker.join();
+  CHECK(answer == std::optional<std::string>("answer"));
+  CHECK(std::chrono::steady_clock::now() - begin < std::chrono::seconds(5));
+}
+
+TEST_CASE("a job of a worker that is dead goes to another one, which learns so", "[nats][slow]") {
+  if (!TestServer::is_installed()) return;
+  const TestServer server;
+  const auto board = open_board(server.address(), kNames);
+  board->put_job("job");
+  REQUIRE(open_source(server.address(), kNames.version)->next_job(kSoon));
+  const auto other = open_source(server.address(), kNames.version);
+  const auto again = other->next_job(std::chrono::seconds(25));
+  REQUIRE(again);
+  CHECK(again->text == "job");
+  CHECK(again->deliveries == 2);
 }
 
 TEST_CASE("answers outlast a merge and a server that are killed, its jobs the server alone",
