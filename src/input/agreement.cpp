@@ -58,8 +58,7 @@ Eigen::Vector3f normal_of(const merge::RegistrationCloud& cloud, std::size_t i) 
 }  // namespace
 
 ScanShape::ScanShape(const datasets::Scan& scan, std::size_t max_points, float leaf_m)
-    : cloud_(points_of(scan, max_points), {}, config(max_points, leaf_m),
-             merge::RegistrationCloud::Covariances::kWhenAsked) {}
+    : cloud_(points_of(scan, max_points), {}, config(max_points, leaf_m)) {}
 
 float ScanShape::next_leaf_m() const {
   constexpr float kFiner = 1.3F;  // a step of the thinning

@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "src/merge/parallel.hpp"
 #include "src/merge/registration/weak_axis.hpp"
 #include "tests/merge/poses.hpp"
 #include "tests/merge/random.hpp"
@@ -65,16 +66,26 @@ double turn(const Pose& a, const Pose& b) {
 
 }  // namespace
 
-TEST_CASE("Covariances are the same at once, when asked, and for few points", "[registration]") {
+TEST_CASE("Covariances are the same in any order, by several threads, and for few points",
+          "[registration]") {
   Random random(1);
   const Points all = sample_corner(random).points;
   const std::size_t count = GENERATE(std::size_t{4}, std::size_t{2000});
   const Points points(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count));
-  const RegistrationCloud known(points, {}, RegistrationConfig());
-  const RegistrationCloud asked(points, {}, RegistrationConfig(),
-                                RegistrationCloud::Covariances::kWhenAsked);
-  REQUIRE(known.size() == asked.size());
-  for (std::size_t i = known.size(); i-- > 0;) CHECK(known.covariance(i) == asked.covariance(i));
+  const RegistrationCloud one(points, {}, RegistrationConfig());
+  const RegistrationCloud shared(points, {}, RegistrationConfig());
+  REQUIRE(one.size() == shared.size());
+  constexpr std::size_t kThreads = 3;
+  std::vector<std::uint8_t> differs(kThreads, 0);
+  std::vector<Eigen::Matrix3f> wanted;
+  for (std::size_t i = 0; i < one.size(); ++i) wanted.push_back(one.covariance(i));
+  parallel_for(kThreads, kThreads, [&](std::size_t t) {
+    for (std::size_t i = one.size(); i-- > 0;) {
+      if (shared.covariance(i) != wanted[i]) differs[t] = 1;
+    }
+  });
+  CHECK(differs == std::vector<std::uint8_t>(kThreads, 0));
+  for (std::size_t i = 0; i < one.size(); ++i) CHECK(shared.covariance(i) == wanted[i]);
 }
 
 TEST_CASE("G-ICP finds back a known motion", "[registration]") {

@@ -1,7 +1,8 @@
-// Generalized ICP on clouds whose covariances are computed once.
+// Generalized ICP on clouds whose covariances are computed at most once.
 #pragma once
 
 #include <Eigen/Core>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -19,22 +20,16 @@ namespace unimapper::merge {
 class PointTree;
 
 /// Points thinned to one per leaf, each with the covariance of the surface it lies on and a
-/// kd-tree over all. Building one costs more than aligning two, so there is one per keyframe.
-/// Immutable and safe to share between threads.
+/// kd-tree over all. A covariance is estimated when it is first asked for: a registration asks for
+/// less than half of them. Building one costs more than aligning two, so there is one per keyframe.
+/// It never seems to change, and is safe to share between threads.
 class RegistrationCloud {
  public:
-  /// When covariances are estimated.
-  enum class Covariances {
-    kAtOnce,
-    kWhenAsked,  ///< each when it is first asked for: by one thread at a time
-  };
-
   /// `ground` marks points that do not constrain the horizontal position; it may be empty (no
   /// ground known) or as long as `points`. Points that are not finite are left out. The
   /// result does not depend on the order of the points beyond rounding.
   RegistrationCloud(std::span<const Eigen::Vector3f> points, std::span<const std::uint8_t> ground,
-                    const RegistrationConfig& config,
-                    Covariances covariances = Covariances::kAtOnce);
+                    const RegistrationConfig& config);
   ~RegistrationCloud();
   RegistrationCloud(RegistrationCloud&&) noexcept;
   RegistrationCloud& operator=(RegistrationCloud&&) noexcept;
@@ -49,12 +44,9 @@ class RegistrationCloud {
   /// Points of the cloud, metres in its frame.
   [[nodiscard]] const std::vector<Eigen::Vector3f>& points() const { return points_; }
   /// Covariance of the surface about point `i`, square metres.
-  [[nodiscard]] const Eigen::Matrix3f& covariance(std::size_t i) const {
-    if (!is_pending_.empty() && is_pending_[i] != 0) {
-      covariances_[i] = estimate_covariance(i);
-      is_pending_[i] = 0;
-    }
-    return covariances_[i];
+  [[nodiscard]] Eigen::Matrix3f covariance(std::size_t i) const {
+    const std::atomic_ref<std::uint8_t> state(states_[i]);
+    return state.load(std::memory_order_acquire) == kKnown ? covariances_[i] : made_covariance(i);
   }
   /// True for a point of the ground.
   [[nodiscard]] bool is_ground(std::size_t i) const { return ground_[i] != 0; }
@@ -71,11 +63,18 @@ class RegistrationCloud {
   std::vector<VoxelKey> thin();
   void sort_by(const std::vector<VoxelKey>& keys);
   [[nodiscard]] Eigen::Matrix3f estimate_covariance(std::size_t i) const;
+  /// Estimates it, and keeps it unless another thread does. Several may come to the same.
+  [[nodiscard]] Eigen::Matrix3f made_covariance(std::size_t i) const;
+
+  /// States of a point's covariance; the one between is while it is written.
+  static constexpr std::uint8_t kUnknown = 0;
+  static constexpr std::uint8_t kBeingWritten = 1;
+  static constexpr std::uint8_t kKnown = 2;
 
   float leaf_m_;
   std::vector<Eigen::Vector3f> points_;
   mutable std::vector<Eigen::Matrix3f> covariances_;
-  mutable std::vector<std::uint8_t> is_pending_;  ///< by point; empty where none is
+  mutable std::vector<std::uint8_t> states_;  ///< by point
   std::vector<std::uint8_t> ground_;
   std::unique_ptr<PointTree> tree_;
 };

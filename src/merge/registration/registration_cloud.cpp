@@ -77,7 +77,7 @@ Eigen::Matrix3f regularised(const Eigen::Matrix3f& scatter) {
 
 RegistrationCloud::RegistrationCloud(std::span<const Eigen::Vector3f> points,
                                      std::span<const std::uint8_t> ground,
-                                     const RegistrationConfig& config, Covariances covariances)
+                                     const RegistrationConfig& config)
     : leaf_m_(config.leaf_m) {
   points_.reserve(points.size());
   ground_.reserve(points.size());
@@ -95,12 +95,7 @@ RegistrationCloud::RegistrationCloud(std::span<const Eigen::Vector3f> points,
   sort_by(keys);
   tree_ = std::make_unique<PointTree>(points_);
   covariances_.assign(points_.size(), Eigen::Matrix3f::Identity());
-  if (points_.size() < kFewestNeighbors) return;
-  if (covariances == Covariances::kWhenAsked) {
-    is_pending_.assign(points_.size(), 1);
-    return;
-  }
-  for (std::size_t i = 0; i < points_.size(); ++i) covariances_[i] = estimate_covariance(i);
+  states_.assign(points_.size(), points_.size() < kFewestNeighbors ? kKnown : kUnknown);
 }
 
 RegistrationCloud::~RegistrationCloud() = default;
@@ -173,10 +168,21 @@ Eigen::Matrix3f RegistrationCloud::estimate_covariance(std::size_t i) const {
   return regularised(scatter);
 }
 
+Eigen::Matrix3f RegistrationCloud::made_covariance(std::size_t i) const {
+  const Eigen::Matrix3f made = estimate_covariance(i);
+  const std::atomic_ref<std::uint8_t> state(states_[i]);
+  std::uint8_t unknown = kUnknown;
+  if (state.compare_exchange_strong(unknown, kBeingWritten, std::memory_order_relaxed)) {
+    covariances_[i] = made;
+    state.store(kKnown, std::memory_order_release);
+  }
+  return made;
+}
+
 std::uint64_t RegistrationCloud::bytes() const {
   return sizeof *this + points_.capacity() * sizeof(Eigen::Vector3f) +
          covariances_.capacity() * sizeof(Eigen::Matrix3f) + ground_.capacity() +
-         is_pending_.capacity() + PointTree::bytes(points_.size());
+         states_.capacity() + PointTree::bytes(points_.size());
 }
 
 std::uint32_t RegistrationCloud::nearest(const Eigen::Vector3f& query, float& squared_gate) const {
