@@ -293,9 +293,8 @@ TEST_CASE("a job as text is the same job, and damaged text is none", "[fleet]") 
   LoopJob common;
   common.name = "j";
   common.limit = kDescriptorLimit;
-  const auto jobs = make_jobs(
-      drives(), fleet.asked.questions, common,
-      [](KeyframeId k) { return std::to_string(k.keyframe); }, 4);
+  const auto jobs = make_jobs(drives(), fleet.asked.questions, common,
+                              [](KeyframeId k) { return std::to_string(k.keyframe); }, 4);
   REQUIRE(jobs.size() == 2);
   const std::string text = job_text(jobs[0].job);
   CHECK(job_text(job_from(text)) == text);
@@ -304,6 +303,17 @@ TEST_CASE("a job as text is the same job, and damaged text is none", "[fleet]") 
   }
   for (const char* other : {"[]", "{\"name\":1}", "3", "{\"name\":\"a\",\"merge\":\"b\"}"}) {
     CHECK_THROWS_AS(job_from(other), std::runtime_error);
+  }
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string changed = text;
+    return changed.replace(changed.find(from), from.size(), to);
+  };
+  const std::string deep = std::string(1'000'000, '[') + std::string(1'000'000, ']');
+  CHECK_THROWS_WITH(job_from(with("\"config\":{", "\"config\":" + deep + ",\"c\":{")),
+                    Contains("nested too deeply"));
+  for (const char* id : {"[-1,0]", "[0.5,0]", "[0,4294967296]", "[1e30,0]"}) {
+    CHECK_THROWS_WITH(job_from(with("\"match\":[0,0]", std::string("\"match\":") + id)),
+                      Contains("a number of a keyframe is missing"));
   }
 }
 

@@ -43,9 +43,17 @@ Pose pose_in(const JobJson& value) {
 
 JobJson id_of(KeyframeId k) { return JobJson::array({k.session, k.keyframe}); }
 
+/// A conversion would make a number of a negative one, or of one that is too large.
+std::uint32_t index_in(const JobJson& value) {
+  if (!value.is_number_unsigned() || value.get<std::uint64_t>() > 0xFFFFFFFFU) {
+    throw std::runtime_error("a number of a keyframe is missing");
+  }
+  return value.get<std::uint32_t>();
+}
+
 KeyframeId id_in(const JobJson& value) {
   const JobJson& numbers = array_in(value, 2);
-  return {numbers[0].get<std::uint32_t>(), numbers[1].get<std::uint32_t>()};
+  return {index_in(numbers[0]), index_in(numbers[1])};
 }
 
 merge::JobKeyframe keyframe_in(const JobJson& value) {
@@ -70,11 +78,18 @@ KeyedOutcome outcome_in(const JobJson& value) {
   return keyed;
 }
 
+/// Levels of a job and more: writing a value back takes stack for each.
+constexpr int kMostLevels = 16;
+
 /// What `read` makes of a JSON object; its exceptions in words.
 template <typename Read>
 auto parsed(std::string_view text, const char* what, const Read& read) {
+  const auto limit_levels = [](int level, JobJson::parse_event_t /*event*/, JobJson& /*value*/) {
+    if (level > kMostLevels) throw std::runtime_error("a job or an answer is nested too deeply");
+    return true;
+  };
   try {
-    return read(JobJson::parse(text));
+    return read(JobJson::parse(text, limit_levels));
   } catch (const JobJson::exception& error) {
     throw std::runtime_error(std::string(what) + " is damaged: " + error.what());
   }
