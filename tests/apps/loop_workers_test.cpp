@@ -131,7 +131,7 @@ struct Fleet {
   static LoopWorkersOptions options() {
     LoopWorkersOptions options;
     options.merge = "m";
-    options.questions = 2;
+    options.sizes = {2, 2};
     options.patience = std::chrono::seconds(0);
     return options;
   }
@@ -288,13 +288,44 @@ TEST_CASE("a merge that is killed has not had loops verified in vain", "[fleet]"
   CHECK_THAT(second.said[0], Contains("an answer is damaged"));
 }
 
+TEST_CASE("questions of a job share keyframes, and each is in one job", "[fleet]") {
+  // Three drives along one road, each keyframe with those beside it, asked for in any order.
+  std::vector<SessionData> sessions(3);
+  for (SessionData& session : sessions) session.keyframes.resize(64);
+  std::vector<LoopQuestion> questions;
+  for (std::size_t step = 0; step < 64; ++step) {
+    const std::size_t k = step * 37 % 64;
+    for (const auto& [query, match] : {std::pair(1, 0), {2, 0}, {2, 1}}) {
+      questions.push_back({{std::size_t(query), k}, {std::size_t(match), k}, Pose(), step});
+      questions.push_back({{std::size_t(query), k}, {std::size_t(match), (k + 63) % 64}, {}, step});
+    }
+  }
+  const auto jobs = make_jobs(sessions, questions, {}, [](KeyframeId) { return "0"; }, {8, 64});
+  std::set<std::size_t> positions;
+  std::size_t clouds = 0;
+  for (const PlacedJob& placed : jobs) {
+    positions.insert(placed.positions.begin(), placed.positions.end());
+    std::set<KeyframeId> ends;
+    for (const LoopQuestion& question : placed.job.questions) {
+      ends.insert({question.query, question.match});
+    }
+    clouds += ends.size();
+  }
+  CHECK(positions.size() == questions.size());
+  CHECK(jobs.size() > 8);
+  CHECK(jobs.front().positions.size() == 48);
+  CHECK(jobs.back().positions.size() <= 8);
+  // One job alone would need 192; each cut of the road costs about three on either side.
+  CHECK(clouds < 192 + 6 * jobs.size());
+}
+
 TEST_CASE("a job as text is the same job, and damaged text is none", "[fleet]") {
   Fleet fleet;
   LoopJob common;
   common.name = "j";
   common.limit = kDescriptorLimit;
   const auto jobs = make_jobs(drives(), fleet.asked.questions, common,
-                              [](KeyframeId k) { return std::to_string(k.keyframe); }, 4);
+                              [](KeyframeId k) { return std::to_string(k.keyframe); }, {4, 4});
   REQUIRE(jobs.size() == 2);
   const std::string text = job_text(jobs[0].job);
   CHECK(job_text(job_from(text)) == text);

@@ -67,7 +67,7 @@ class LoopWorkers::Call {
       open.push_back(questions_[i]);
       positions.push_back(i);
     }
-    auto jobs = make_jobs(sessions_, open, common, publish, workers_.options_.questions);
+    auto jobs = make_jobs(sessions_, open, common, publish, workers_.options_.sizes);
     for (merge::PlacedJob& placed : jobs) {
       for (std::size_t& position : placed.positions) position = positions[position];
       const std::uint64_t number = workers_.board_.put_job(job_text(placed.job));

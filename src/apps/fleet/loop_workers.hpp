@@ -20,7 +20,7 @@ namespace unimapper::apps {
 struct LoopWorkersOptions {
   std::string salt;                   ///< known to nobody else: it says which answers are compared
   std::string merge;                  ///< names the merge for workers
-  std::size_t questions = 32;         ///< most of one job: those of a few keyframes
+  merge::JobSizes sizes;              ///< of jobs
   std::chrono::seconds patience{70};  ///< without any answer; then all is verified here
 };
 

@@ -4,7 +4,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstdio>
-#include <numeric>
+#include <map>
 #include <set>
 #include <tuple>
 
@@ -17,6 +17,54 @@ namespace {
 
 /// Letters of a reason: none of a verification is half as long.
 constexpr std::size_t kMostReason = 200;
+
+/// Of the questions that are left, what the next job has: the last ones are small, so that all
+/// workers end together.
+constexpr std::size_t kShare = 8;
+
+/// Questions about the same keyframes follow each other, so that whoever takes some needs few
+/// clouds: next comes the keyframe with the largest share of its questions about those before it.
+/// O(questions log keyframes).
+std::vector<std::size_t> by_shared_keyframes(std::span<const LoopQuestion> questions,
+                                             std::span<const std::size_t> chosen) {
+  struct Keyframe {
+    std::vector<std::size_t> questions;
+    std::size_t shared = 0;  ///< questions with keyframes that have come
+    bool has_come = false;
+  };
+  std::map<KeyframeId, Keyframe> keyframes;
+  for (const std::size_t i : chosen) {
+    keyframes[questions[i].query].questions.push_back(i);
+    keyframes[questions[i].match].questions.push_back(i);
+  }
+  using Rank = std::tuple<double, std::size_t, KeyframeId>;  // the first comes next
+  const auto rank_of = [&](KeyframeId k) {
+    const Keyframe& keyframe = keyframes.at(k);
+    const std::size_t all = keyframe.questions.size();
+    return Rank(-static_cast<double>(keyframe.shared) / static_cast<double>(all),
+                all - keyframe.shared, k);
+  };
+  std::set<Rank> waiting;
+  for (const auto& [k, keyframe] : keyframes) waiting.insert(rank_of(k));
+  std::vector<std::size_t> order;
+  while (!waiting.empty()) {
+    const KeyframeId next = std::get<KeyframeId>(*waiting.begin());
+    waiting.erase(waiting.begin());
+    keyframes[next].has_come = true;
+    for (const std::size_t i : keyframes[next].questions) {
+      const LoopQuestion& question = questions[i];
+      const KeyframeId other = question.query == next ? question.match : question.query;
+      if (keyframes[other].has_come) {
+        order.push_back(i);
+        continue;
+      }
+      waiting.erase(rank_of(other));
+      ++keyframes[other].shared;
+      waiting.insert(rank_of(other));
+    }
+  }
+  return order;
+}
 
 /// The keyframe and those that join its cloud.
 void add_with_neighbours(const std::vector<SessionData>& sessions, KeyframeId k,
@@ -56,25 +104,20 @@ std::string question_key(const LoopQuestion& question) {
 
 std::vector<PlacedJob> make_jobs(const std::vector<SessionData>& sessions,
                                  std::span<const LoopQuestion> questions, const LoopJob& common,
-                                 const KeyframeNaming& name_of, std::size_t most) {
-  std::vector<std::size_t> order;
+                                 const KeyframeNaming& name_of, const JobSizes& sizes) {
+  std::vector<std::size_t> sendable;
   for (std::size_t i = 0; i < questions.size(); ++i) {
-    if (can_be_sent(sessions, questions[i])) order.push_back(i);
+    if (can_be_sent(sessions, questions[i])) sendable.push_back(i);
   }
-  // Questions of two sessions follow each other: a worker needs few keyframes for many.
-  const auto place = [&](std::size_t i) {
-    const LoopQuestion& question = questions[i];
-    return std::tuple(question.match.session, question.query.session, question.match.keyframe,
-                      question.query.keyframe, i);
-  };
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return place(a) < place(b); });
+  const std::vector<std::size_t> order = by_shared_keyframes(questions, sendable);
   std::vector<PlacedJob> jobs;
-  for (std::size_t begin = 0; begin < order.size(); begin += most) {
+  for (std::size_t begin = 0; begin < order.size();) {
+    const std::size_t left = order.size() - begin;
+    const std::size_t size = std::min(left, std::clamp(left / kShare, sizes.least, sizes.most));
     PlacedJob placed{common, {}};
-    placed.job.name += std::to_string(begin / most);
+    placed.job.name += std::to_string(jobs.size());
     std::set<KeyframeId> needed;
-    for (std::size_t i = begin; i < std::min(begin + most, order.size()); ++i) {
+    for (std::size_t i = begin; i < begin + size; ++i) {
       const LoopQuestion& question = questions[order[i]];
       placed.positions.push_back(order[i]);
       placed.job.questions.push_back(question);
@@ -86,6 +129,7 @@ std::vector<PlacedJob> make_jobs(const std::vector<SessionData>& sessions,
       placed.job.keyframes.push_back({k, name_of(k), keyframe.T_odometry_keyframe, keyframe.up});
     }
     jobs.push_back(std::move(placed));
+    begin += size;
   }
   return jobs;
 }

@@ -48,11 +48,18 @@ std::string question_key(const LoopQuestion& question);
 /// The name of a keyframe's bytes.
 using KeyframeNaming = std::function<std::string(KeyframeId)>;
 
-/// Jobs of at most `most` questions; those of two sessions follow each other. Questions without
-/// keyframes of their own (summaries) or with a pose that is not rigid are in none of them.
+/// Questions of a job, as long as there are so many.
+struct JobSizes {
+  std::size_t least = 16;
+  std::size_t most = 64;
+};
+
+/// Jobs of questions that share keyframes, and jobs that follow each other share some, too; the
+/// last ones are small. Questions without keyframes of their own (summaries) or with a pose that is
+/// not rigid are in none of them.
 std::vector<PlacedJob> make_jobs(const std::vector<SessionData>& sessions,
                                  std::span<const LoopQuestion> questions, const LoopJob& common,
-                                 const KeyframeNaming& name_of, std::size_t most);
+                                 const KeyframeNaming& name_of, const JobSizes& sizes = {});
 
 /// Why the outcome of a question cannot be what a verification answers, in words; empty: it can.
 std::string fault_of(const LoopConstraint& outcome);
