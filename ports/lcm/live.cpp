@@ -264,9 +264,6 @@ void listen(const ListenOptions& options, wire::KeyframeStorage& storage) {
   tell(buffer_warning(url));
 
   Receiver receiver(options.limits, storage);
-  const auto tell_status = [&] {
-    if (options.status) options.status(receiver.progress(), receiver.counters());
-  };
   DatagramGuard* const guard = options.guard.get();
   if (guard != nullptr) {
     receiver.set_check([guard](const SessionId& session, Bytes keyframe) {
@@ -278,6 +275,11 @@ void listen(const ListenOptions& options, wire::KeyframeStorage& storage) {
   std::uint64_t told_dropped = 0;
   ReceivingThread receiving(*link, kQueueBytes);
   InboundQueue& queue = receiving.queue();
+  const auto tell_status = [&] {
+    ReceiverCounters counters = receiver.counters();
+    counters.overflowed = queue.dropped();
+    if (options.status) options.status(receiver.progress(), counters);
+  };
   const auto answer = [&] {
     const std::int64_t now_ns = std::chrono::nanoseconds(Clock::now().time_since_epoch()).count();
     publish_all(*link, guard, kStoredChannel, receiver.take_stored());

@@ -215,6 +215,7 @@ class NatsUplink final : public Uplink {
       bool has_sent = false;
       bool has_failed = false;
       try {
+        if (Clock::now() >= next_count_) count_waiting();
         if (line_ == nullptr) connect();
         has_sent = send_some();
         if (Clock::now() >= next_status_) tell_status();
@@ -239,11 +240,18 @@ class NatsUplink final : public Uplink {
     }
   }
 
+  void count_waiting() {
+    next_count_ = Clock::now() + kStatusInterval;
+    const std::uint64_t waiting = outbox_.unmarked();
+    count([waiting](UplinkCounters& counters) { counters.waiting = waiting; });
+  }
+
   void tell_status() {
     next_status_ = Clock::now() + kStatusInterval;
+    count_waiting();
     const UplinkCounters sent = counters();
     line_->tell("unimapper." + options_.site + ".status",
-                {{"waiting", outbox_.unmarked()},
+                {{"waiting", sent.waiting},
                  {"too_large", left_out_},
                  {"damaged", outbox_.damaged()},
                  {"sent_since_start", sent.keyframes},
@@ -390,6 +398,7 @@ class NatsUplink final : public Uplink {
   Clock::time_point recount_{};
   Clock::time_point next_progress_{};
   Clock::time_point next_status_{};
+  Clock::time_point next_count_{};
   bool is_idle_ = false;                           ///< nothing was to be sent at the last look
   std::string trouble_ = "nothing was tried yet";  ///< as it was told last
   mutable std::mutex mutex_;

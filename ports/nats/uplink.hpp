@@ -28,6 +28,7 @@ struct UplinkCounters {
   std::uint64_t sessions = 0;   ///< messages about sessions that it acknowledged
   std::uint64_t failures = 0;   ///< attempts that ended with a reason, and were repeated
   std::uint64_t too_large = 0;  ///< times that a keyframe was larger than the server's max_payload
+  std::uint64_t waiting = 0;    ///< keyframes stored and not acknowledged, at most ten seconds ago
 };
 
 /// Sends from a thread of its own what the store has committed, in the order of commits, and marks

@@ -17,8 +17,8 @@ class CommitTimer {
   explicit CommitTimer(StoreCounters& counters) : counters_(counters) {}
   ~CommitTimer() {
     const std::chrono::nanoseconds took = std::chrono::steady_clock::now() - start_;
-    counters_.commit_time += took;
     counters_.longest_commit = std::max(counters_.longest_commit, took);
+    counters_.commit_times.add(took);
   }
   CommitTimer(const CommitTimer&) = delete;
   CommitTimer& operator=(const CommitTimer&) = delete;
@@ -98,8 +98,10 @@ wire::KeyframeStorage::Taken KeyframeStore::keep(wire::ReceivedKeyframe&& keyfra
   if (is_idle()) waits_since_ns_ = now_ns_;
   const KeyframeRecord& record = keyframe.record;
   drop_summary({record.session, record.sequence});
-  waiting_.push_back(
-      {{record.session, record.sequence}, record.scans.back().stamp_ns, std::move(keyframe.bytes)});
+  waiting_.push_back({{record.session, record.sequence},
+                      record.scans.back().stamp_ns,
+                      std::move(keyframe.bytes),
+                      std::chrono::steady_clock::now()});
   waiting_bytes_ += bytes;
   return Taken::kWaiting;
 }
@@ -110,7 +112,7 @@ void KeyframeStore::keep(wire::ReceivedSummary&& summary) {
   if (is_idle()) waits_since_ns_ = now_ns_;
   const KeyframeRecord& record = summary.record;
   const wire::KeyframeName name{record.session, record.sequence};
-  const Waiting waiting{name, record.scans.back().stamp_ns, std::move(summary.bytes)};
+  const Waiting waiting{name, record.scans.back().stamp_ns, std::move(summary.bytes), {}};
   if (keyframe_summaries_.try_emplace(name, waiting).second) keyframe_summary_bytes_ += bytes;
 }
 
@@ -165,7 +167,11 @@ wire::Committed KeyframeStore::commit(std::int64_t now_ns) {
   is_failing_ = false;
   trouble_.clear();
   ++counters_.commits;
-  for (Waiting& keyframe : waiting_) committed.keyframes.push_back(keyframe.name);
+  const auto now = std::chrono::steady_clock::now();
+  for (const Waiting& keyframe : waiting_) {
+    committed.keyframes.push_back(keyframe.name);
+    counters_.waits.add(now - keyframe.since);
+  }
   for (auto& [id, summary] : session_summaries_) committed.sessions.push_back(std::move(summary));
   waiting_.clear();
   keyframe_summaries_.clear();

@@ -12,6 +12,7 @@
 
 #include "ports/store/database.hpp"
 #include "ports/store/health_history.hpp"
+#include "ports/store/latencies.hpp"
 #include "ports/store/store_file.hpp"
 #include "unimapper/wire/keyframe_storage.hpp"
 
@@ -30,15 +31,16 @@ struct StoreOptions {
 
 /// What a store has done since it was opened.
 struct StoreCounters {
-  std::uint64_t keyframes = 0;       ///< stored
-  std::uint64_t bytes = 0;           ///< bytes of the keyframes stored, as encoded
-  std::uint64_t repeated = 0;        ///< stored already, left as they were
-  std::uint64_t summaries = 0;       ///< stored, of keyframes that were not whole then
-  std::uint64_t commits = 0;         ///< that succeeded
-  std::uint64_t failed_commits = 0;  ///< rolled back, to be tried again
-  /// How long commits took, failed ones included; nothing is received meanwhile.
-  std::chrono::nanoseconds commit_time{0};
+  std::uint64_t keyframes = 0;                 ///< stored
+  std::uint64_t bytes = 0;                     ///< bytes of the keyframes stored, as encoded
+  std::uint64_t repeated = 0;                  ///< stored already, left as they were
+  std::uint64_t summaries = 0;                 ///< stored, of keyframes that were not whole then
+  std::uint64_t commits = 0;                   ///< that succeeded
+  std::uint64_t failed_commits = 0;            ///< rolled back, to be tried again
   std::chrono::nanoseconds longest_commit{0};  ///< longest time that one commit took
+  /// How long each commit took, failed ones included; nothing is received meanwhile.
+  Latencies commit_times;
+  Latencies waits;  ///< of keyframes, from `keep` until committed
 };
 
 /// Keeps a receiver's keyframes in a SQLite database (write-ahead log, every commit on the disk
@@ -78,6 +80,7 @@ class KeyframeStore final : public wire::KeyframeStorage {
     wire::KeyframeName name;
     std::int64_t stamp_ns = 0;
     std::vector<std::uint8_t> bytes;
+    std::chrono::steady_clock::time_point since{};  ///< when it was taken
   };
 
   void load_usage();

@@ -36,6 +36,8 @@ std::vector<SessionExtent> SessionFollower::sessions() {
   return sessions;
 }
 
+std::int64_t SessionFollower::epoch() { return database_.number("SELECT MAX(number) FROM epochs"); }
+
 std::int64_t SessionFollower::start_of_newest(const SessionExtent& session, std::size_t count) {
   Statement rows(database_,
                  "SELECT MIN(sequence) FROM (SELECT sequence FROM keyframes WHERE session = ? "

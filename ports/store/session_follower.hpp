@@ -33,6 +33,8 @@ class SessionFollower {
   bool has_changed();
   /// Sessions with a keyframe in order of arrival. O(sessions).
   std::vector<SessionExtent> sessions();
+  /// Number of the latest epoch of the store's project; 0 without one. O(log epochs).
+  std::int64_t epoch();
   /// The sequence from which on the session had so many keyframes then, or of its first one if it
   /// had fewer. O(count).
   std::int64_t start_of_newest(const SessionExtent& session, std::size_t count);

@@ -24,6 +24,8 @@ void register_worker(CLI::App& app) {
       ->capture_default_str()
       ->check(CLI::Range(1U, 1'000'000U));
   command->add_option("--threads", options->threads, "0: all processors")->capture_default_str();
+  command->add_option("--http", options->http,
+                      "Serve counters for Prometheus at HOST:PORT/metrics, e.g. 127.0.0.1:8081");
   add_nats_credentials(*command, options->server);
   command->footer(
       "Example:\n"

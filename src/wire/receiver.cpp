@@ -313,6 +313,7 @@ std::vector<SessionProgress> Receiver::progress() const {
     one.ended = state.ended;
     one.quiet_since_ns = state.quiet_since_ns;
     one.announced = state.announced;
+    one.dropped = state.dropped_by_sender;
     one.received = state.stored.count();
     one.waiting = state.waiting.size();
     one.summaries = static_cast<std::uint64_t>(

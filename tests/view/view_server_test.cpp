@@ -259,6 +259,18 @@ TEST_CASE("who follows the map hears of events at once, and too many are refused
   for (std::thread& thread : followers) thread.join();
 }
 
+TEST_CASE("counters are served with a page and without one") {
+  OneBlock map;
+  const ViewServerOptions options{"127.0.0.1:0", "", "page", [] { return "some 3\n"; }};
+  const ViewServer with_page(options, map);
+  const ViewServer alone(options);
+  for (const ViewServer* server : {&with_page, &alone}) {
+    httplib::Client client(server->url().substr(0, server->url().size() - 1));
+    CHECK(client.Get("/metrics")->body == "some 3\n");
+    CHECK(client.Get("/")->status == (server == &alone ? 404 : 200));
+  }
+}
+
 TEST_CASE("an address that is none, or is taken, is an error in words") {
   OneBlock map;
   for (const char* wrong : {"", "8080", "127.0.0.1:", "127.0.0.1:70000", "127.0.0.1:80x", ":80"}) {

@@ -23,10 +23,11 @@ namespace unimapper::wire {
 
 /// What became of the messages.
 struct ReceiverCounters {
-  std::uint64_t messages = 0;   ///< on the project's channels
-  std::uint64_t foreign = 0;    ///< on other channels, ignored
-  std::uint64_t malformed = 0;  ///< not decodable, or a piece with a wrong checksum
-  std::uint64_t refused = 0;    ///< beyond a limit: sessions, keyframe size, memory
+  std::uint64_t messages = 0;    ///< on the project's channels
+  std::uint64_t overflowed = 0;  ///< dropped before, as they came faster than they were taken
+  std::uint64_t foreign = 0;     ///< on other channels, ignored
+  std::uint64_t malformed = 0;   ///< not decodable, or a piece with a wrong checksum
+  std::uint64_t refused = 0;     ///< beyond a limit: sessions, keyframe size, memory
   /// A session that changes its name or sensor, or a keyframe with two different summaries.
   std::uint64_t contradictory = 0;
   std::uint64_t pieces_duplicate = 0;   ///< pieces that came before, or of a keyframe that is here
@@ -50,6 +51,7 @@ struct SessionProgress {
   /// it has ended, whichever was last.
   std::int64_t quiet_since_ns = 0;
   std::uint64_t announced = 0;          ///< keyframes made, as far as known
+  std::uint64_t dropped = 0;            ///< keyframes that the robot dropped, as it said last
   std::uint64_t received = 0;           ///< keyframes stored
   std::uint64_t waiting = 0;            ///< keyframes here, but not yet stored
   std::uint64_t summaries = 0;          ///< other keyframes of which the summary is here

@@ -8,9 +8,16 @@ MergeThread::MergeThread(LiveMergeOptions options, const store::StoreLock& held)
     : merge_(telling(options, due_), held),
       thread_({[this] {
                  merge_.advance();
+                 const std::lock_guard lock(guard_);
+                 counters_ = merge_.counters();
                  return false;
                },
                "the map is merged again", "the map is not merged", std::move(options.report)}) {}
+
+LiveMergeCounters MergeThread::counters() const {
+  const std::lock_guard lock(guard_);
+  return counters_;
+}
 
 LiveMergeCounters MergeThread::finish() {
   thread_.finish();

@@ -1,6 +1,7 @@
 // Thread of a base that merges what it stores, so that neither commits nor answers wait for it.
 #pragma once
 
+#include <mutex>
 #include <vector>
 
 #include "src/apps/base/due_map_poses.hpp"
@@ -18,6 +19,8 @@ class MergeThread {
 
   /// What robots are to be told now. Takes a lock for a moment.
   std::vector<wire::MapPoseMessage> due() { return due_.take(DueMapPoses::Clock::now()); }
+  /// Totals after the latest merge, from any thread.
+  [[nodiscard]] LiveMergeCounters counters() const;
   /// Waits for the merge that goes on, ends the thread, merges what has arrived since, and says
   /// what became of merges. Throws std::exception if that last merge fails.
   LiveMergeCounters finish();
@@ -25,6 +28,8 @@ class MergeThread {
  private:
   DueMapPoses due_;
   LiveMerge merge_;  ///< the thread's own
+  mutable std::mutex guard_;
+  LiveMergeCounters counters_;
   RepeatedWork thread_;
 };
 

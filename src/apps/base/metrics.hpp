@@ -1,7 +1,6 @@
 // Counters of a base in the text format of Prometheus.
 #pragma once
 
-#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -9,6 +8,7 @@
 #include "ports/nats/downlink.hpp"
 #include "ports/nats/uplink.hpp"
 #include "ports/store/keyframe_store.hpp"
+#include "src/apps/base/live_merge.hpp"
 #include "unimapper/wire/receiver.hpp"
 
 namespace unimapper::apps {
@@ -19,27 +19,12 @@ struct BaseCounters {
   store::StoreCounters stored;
   std::optional<nats_port::UplinkCounters> uplink;      ///< of a site
   std::optional<nats_port::DownlinkCounters> downlink;  ///< of a centre
+  std::optional<LiveMergeCounters> merges{};            ///< of a base that merges
+  std::optional<std::int64_t> epoch{};                  ///< the latest; empty: not known now
 };
 
-/// Counters, and gauges over the sessions that are heard; about 4 kB.
+/// Counters, and gauges over the sessions that are heard; about 6 kB.
 std::string metrics_text(const BaseCounters& counters,
                          std::span<const wire::SessionProgress> sessions);
-
-/// The latest text, from thread to thread.
-class LatestMetrics {
- public:
-  void set(std::string text) {
-    const std::lock_guard<std::mutex> lock(guard_);
-    text_ = std::move(text);
-  }
-  [[nodiscard]] std::string get() const {
-    const std::lock_guard<std::mutex> lock(guard_);
-    return text_;
-  }
-
- private:
-  mutable std::mutex guard_;
-  std::string text_;
-};
 
 }  // namespace unimapper::apps

@@ -21,10 +21,12 @@
 #include "ports/nats/uplink.hpp"
 #include "ports/store/keyframe_store.hpp"
 #include "ports/store/process_io.hpp"
+#include "ports/store/session_follower.hpp"
 #include "src/apps/base/base_options.hpp"
 #include "src/apps/base/localisation_thread.hpp"
 #include "src/apps/base/merge_thread.hpp"
 #include "src/apps/base/metrics.hpp"
+#include "src/apps/prometheus_text.hpp"
 #include "src/apps/say.hpp"
 #include "src/apps/stop_signals.hpp"
 #include "src/apps/view/map_files.hpp"
@@ -255,6 +257,14 @@ void report_downlink(const nats_port::DownlinkCounters& counters) {
       " dropped; " + std::to_string(counters.failures) + " connections failed");
 }
 
+std::optional<std::int64_t> epoch_of(store::SessionFollower& follower) {
+  try {
+    return follower.epoch();
+  } catch (const store::StoreError&) {
+    return std::nullopt;
+  }
+}
+
 void report_localisation(const LiveLocalisationCounters& counters) {
   say("localised by " + std::to_string(counters.keyframes) + " keyframes; " +
       std::to_string(counters.late) + " came after later ones and " +
@@ -290,8 +300,10 @@ void run_base(const BaseOptions& options) {
   StopSignals signals;
   Status status(kept);
   LatestMetrics metrics;
+  store::SessionFollower follower(options.store);
   std::unique_ptr<nats_port::Uplink> uplink;
   std::unique_ptr<nats_port::Downlink> downlink;
+  std::unique_ptr<MergeThread> merges;
   lcm_port::ListenOptions listening;
   listening.url = options.listen.empty() ? lcm_port::kNoNetwork : options.listen;
   listening.sessions_expected = options.sessions;
@@ -303,6 +315,8 @@ void run_base(const BaseOptions& options) {
     BaseCounters all{counters, kept.counters(), {}, {}};
     if (uplink != nullptr) all.uplink = uplink->counters();
     if (downlink != nullptr) all.downlink = downlink->counters();
+    if (merges != nullptr) all.merges = merges->counters();
+    all.epoch = epoch_of(follower);
     metrics.set(metrics_text(all, sessions));
   };
   std::shared_ptr<keys::BaseGuard> guard;
@@ -314,7 +328,7 @@ void run_base(const BaseOptions& options) {
   if (localisation != nullptr) {
     listening.map_poses = [&localisation] { return localisation->due(); };
   }
-  const std::unique_ptr<MergeThread> merges = start_merges(options, kept);
+  merges = start_merges(options, kept);
   if (merges != nullptr) listening.map_poses = [&merges] { return merges->due(); };
   const std::unique_ptr<Page> page = start_page(options, kept, metrics);
   uplink = start_uplink(options, kept);

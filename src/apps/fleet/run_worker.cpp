@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <iostream>
+#include <memory>
 #include <thread>
 
 #include "src/apps/fleet/worker.hpp"
+#include "src/apps/prometheus_text.hpp"
 #include "src/apps/say.hpp"
 #include "src/apps/stop_signals.hpp"
+#include "src/apps/view/view_server.hpp"
 #include "src/merge/loops/loop_fingerprint.hpp"
 
 namespace unimapper::apps {
@@ -60,10 +63,23 @@ std::string worker_version() {
 void run_worker(const WorkerOptions& options) {
   StopSignals stop;
   check(options.server);
+  LatestMetrics metrics;
+  std::unique_ptr<ViewServer> http;
+  if (!options.http.empty()) {
+    http = std::make_unique<ViewServer>(
+        ViewServerOptions{options.http, {}, {}, [&metrics] { return metrics.get(); }});
+    say("counters are at " + http->url() + "metrics");
+  }
   KeyframeFiles files(options.folder, std::uint64_t{options.disk_mb} * 1'000'000);
   FleetWorker worker(own_name(), files, std::uint64_t{options.memory_mb} * 1'000'000,
                      options.threads);
-  std::uint64_t loops = 0;
+  std::uint64_t failures = 0;
+  const auto tell_metrics = [&] {
+    WorkerCounters counters = worker.counters();
+    counters.failures = failures;
+    metrics.set(metrics_text(counters));
+  };
+  tell_metrics();
   std::string told;
   std::string trouble;
   std::chrono::milliseconds wait = kFirstPause;
@@ -75,18 +91,20 @@ void run_worker(const WorkerOptions& options) {
       wait = kFirstPause;
       for (int idle = 0; !stop.arrived();) {
         const std::size_t done = worker.work(*source, kJobWait);
-        loops += done;
+        if (done > 0) tell_metrics();
         idle = done > 0 ? 0 : idle + 1;
         if (idle % kIdleRounds == 1) tell_versions(*source, told);
       }
     } catch (const std::exception& error) {
       if (trouble != error.what()) say(std::string("warning: ") + error.what() + "; tries again");
       trouble = error.what();
+      ++failures;
+      tell_metrics();
       pause(stop, wait);
       wait = std::min(2 * wait, kLongestPause);
     }
   }
-  std::cout << loops << " loops verified\n";
+  std::cout << worker.counters().loops << " loops verified\n";
 }
 
 }  // namespace unimapper::apps

@@ -21,6 +21,7 @@ using Json = nlohmann::ordered_json;
 
 // Each connection that is serving has a thread; one that follows events has it for long.
 constexpr std::size_t kThreads = 64;
+constexpr std::size_t kThreadsAlone = 4;
 constexpr int kMostFollowers = 32;
 constexpr std::size_t kMaxRequestBytes = 64U << 10U;
 constexpr std::size_t kRequestsPerConnection = 100;
@@ -92,14 +93,17 @@ void send_points(const std::optional<std::string>& block, httplib::Response& res
 
 class ViewServer::Routes {
  public:
-  Routes(const ViewServerOptions& options, ViewSource& source)
+  /// `source` null: counters alone.
+  Routes(const ViewServerOptions& options, ViewSource* source)
       : options_(options), source_(source) {
     limit();
-    answer_pages();
     answer_metrics();
-    answer_points();
-    answer_events();
-    answer_changes();
+    if (source_ != nullptr) {
+      answer_pages();
+      answer_points();
+      answer_events();
+      answer_changes();
+    }
     bind();
     thread_ = std::thread([this] { server_.listen_after_bind(); });
     // A server that does not run yet could not be stopped.
@@ -107,7 +111,7 @@ class ViewServer::Routes {
   }
 
   ~Routes() {
-    source_.events().close();
+    if (source_ != nullptr) source_->events().close();
     server_.stop();
     thread_.join();
   }
@@ -138,7 +142,8 @@ class ViewServer::Routes {
   }
 
   void limit() {
-    server_.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
+    const std::size_t threads = source_ != nullptr ? kThreads : kThreadsAlone;
+    server_.new_task_queue = [threads] { return new httplib::ThreadPool(threads); };
     server_.set_payload_max_length(kMaxRequestBytes);
     server_.set_keep_alive_max_count(kRequestsPerConnection);
     server_.set_keep_alive_timeout(kIdle.count());
@@ -182,11 +187,11 @@ class ViewServer::Routes {
           number<std::int64_t>(request.has_param("epoch") ? request.get_param_value("epoch") : "0");
       if (!epoch || *epoch < 0) return refuse(response, 400, "an epoch is a number");
       response.set_header("Cache-Control", "no-store");
-      response.set_content(*source_.map_json(*epoch), kJsonType);
+      response.set_content(*source_->map_json(*epoch), kJsonType);
     });
     server_.Get("/api/health", [this](const httplib::Request&, httplib::Response& response) {
       response.set_header("Cache-Control", "no-store");
-      response.set_content(source_.health_json(), kJsonType);
+      response.set_content(source_->health_json(), kJsonType);
     });
   }
 
@@ -202,15 +207,16 @@ class ViewServer::Routes {
     server_.Get(R"(/api/tiles/([0-9.]{1,40})/([a-z_]{1,20})/(r[0-7]{0,30}))",
                 [this](const httplib::Request& request, httplib::Response& response) {
                   send_points(
-                      source_.block(request.matches[1], request.matches[2], request.matches[3]),
+                      source_->block(request.matches[1], request.matches[2], request.matches[3]),
                       response);
                 });
     server_.Get(R"(/api/keyframes/([0-9.]{1,40})/([0-9]{1,9})/([0-9]{1,9}))",
                 [this](const httplib::Request& request, httplib::Response& response) {
-                  send_points(source_.keyframe(request.matches[1],
-                                               number<std::size_t>(request.matches[2]).value_or(0),
-                                               number<std::size_t>(request.matches[3]).value_or(0)),
-                              response);
+                  send_points(
+                      source_->keyframe(request.matches[1],
+                                        number<std::size_t>(request.matches[2]).value_or(0),
+                                        number<std::size_t>(request.matches[3]).value_or(0)),
+                      response);
                 });
   }
 
@@ -223,7 +229,7 @@ class ViewServer::Routes {
       }
       const auto last = number<std::uint64_t>(request.get_header_value("Last-Event-ID"));
       const auto seen = std::make_shared<std::uint64_t>(
-          std::min(last.value_or(source_.events().latest()), source_.events().latest()));
+          std::min(last.value_or(source_->events().latest()), source_->events().latest()));
       response.set_header("Cache-Control", "no-store");
       response.set_chunked_content_provider(
           "text/event-stream",
@@ -233,12 +239,12 @@ class ViewServer::Routes {
   }
 
   bool send_events(std::uint64_t& seen, httplib::DataSink& sink) {
-    if (source_.events().is_closed()) {
+    if (source_->events().is_closed()) {
       sink.done();
       return true;
     }
     bool missed = false;
-    std::string text = source_.events().after(seen, kBeat, missed);
+    std::string text = source_->events().after(seen, kBeat, missed);
     // What a client has missed, the map has.
     if (missed) text = "event: map\ndata: {}\n\n" + text;
     if (text.empty()) text = ": still here\n\n";
@@ -256,12 +262,12 @@ class ViewServer::Routes {
       }
       const std::optional<NamedLoop> loop = loop_of(body);
       if (!loop) return refuse(response, 400, "query and match name a keyframe each, in words");
-      send(source_.decide(*loop, *statement, body["epoch"].get<std::int64_t>()), response);
+      send(source_->decide(*loop, *statement, body["epoch"].get<std::int64_t>()), response);
     });
     server_.Post("/api/undo", [this](const httplib::Request& request, httplib::Response& response) {
       const Json body = changing_body(request, response);
       if (body.is_null()) return;
-      send(source_.undo(body["epoch"].get<std::int64_t>()), response);
+      send(source_->undo(body["epoch"].get<std::int64_t>()), response);
     });
   }
 
@@ -299,7 +305,7 @@ class ViewServer::Routes {
   }
 
   ViewServerOptions options_;
-  ViewSource& source_;
+  ViewSource* source_;
   HostAndPort at_;
   std::atomic<int> followers_{0};
   httplib::Server server_;
@@ -307,7 +313,10 @@ class ViewServer::Routes {
 };
 
 ViewServer::ViewServer(const ViewServerOptions& options, ViewSource& source)
-    : routes_(std::make_unique<Routes>(options, source)), url_(routes_->url()) {}
+    : routes_(std::make_unique<Routes>(options, &source)), url_(routes_->url()) {}
+
+ViewServer::ViewServer(const ViewServerOptions& options)
+    : routes_(std::make_unique<Routes>(options, nullptr)), url_(routes_->url()) {}
 
 ViewServer::~ViewServer() = default;
 

@@ -1,4 +1,4 @@
-// HTTP server of a map's page.
+// HTTP server of a map's page, or of counters alone.
 #pragma once
 
 #include <cstdint>
@@ -25,6 +25,8 @@ class ViewServer {
   /// Listens from then on. `source` must outlive it. Throws std::runtime_error with a sentence for
   /// the user where it cannot.
   ViewServer(const ViewServerOptions& options, ViewSource& source);
+  /// Answers /metrics and nothing else, likewise.
+  explicit ViewServer(const ViewServerOptions& options);
   /// Ends all connections.
   ~ViewServer();
   ViewServer(const ViewServer&) = delete;

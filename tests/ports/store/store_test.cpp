@@ -41,7 +41,8 @@ TEST_CASE("sessions come out of a store as they arrived") {
     CHECK(base.store.counters().keyframes == 8);
     CHECK(base.store.counters().summaries == 0);
     CHECK(base.store.counters().longest_commit.count() > 0);
-    CHECK(base.store.counters().commit_time >= base.store.counters().longest_commit);
+    CHECK(base.store.counters().commit_times.total >= base.store.counters().longest_commit);
+    CHECK(base.store.counters().waits.total.count() > 0);
     CHECK(base.store.trouble().empty());
   }
   StoreReader reader(folder.path());
