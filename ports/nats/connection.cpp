@@ -90,11 +90,12 @@ Options options_of(const Server& server) {
 }
 
 /// Makes it where there is none; one that was made with other limits stays as it is.
-void require_stream(jsCtx* jetstream, jsStreamConfig& config) {
+void require_stream(jsCtx* jetstream, jsStreamConfig& config, bool may_be_hidden) {
   jsStreamInfo* info = nullptr;
   natsStatus status = js_GetStreamInfo(&info, jetstream, config.Name, nullptr, nullptr);
   if (status == NATS_NOT_FOUND) status = js_AddStream(&info, jetstream, &config, nullptr, nullptr);
   jsStreamInfo_Destroy(info);
+  if (may_be_hidden && status == NATS_NO_RESPONDERS) return;
   require(status, std::string("the stream ") + config.Name);
 }
 
@@ -113,7 +114,8 @@ void require(natsStatus status, const std::string& what) {
   throw NatsError(what + ": " + std::string(text));
 }
 
-Connection::Connection(const Server& server) : inbox_prefix_(inbox_prefix_of(server)) {
+Connection::Connection(const Server& server)
+    : inbox_prefix_(inbox_prefix_of(server)), replicas_(addresses(server).size() < 3 ? 1 : 3) {
   const Options options = options_of(server);
   natsConnection* connection = nullptr;
   require(natsConnection_Connect(&connection, options.get()), shown(server));
@@ -143,7 +145,7 @@ void Connection::publish(const std::string& subject, const std::string& text) co
   require(natsConnection_PublishString(handle(), subject.c_str(), text.c_str()), "an answer");
 }
 
-void Connection::require_streams() const {
+void Connection::require_streams(bool may_be_hidden) const {
   std::array<const char*, 2> subjects{kKeyframeSubjects, kSessionSubjects};
   jsStreamConfig config;
   require(jsStreamConfig_Init(&config), "a stream");
@@ -155,10 +157,11 @@ void Connection::require_streams() const {
   config.Retention = js_WorkQueuePolicy;
   config.Discard = js_DiscardNew;
   config.Duplicates = kDuplicatesNs;
+  config.Replicas = replicas_;
   // A site may not ask for that, but its messages may have their answers sent to where one asks.
   config.DenyPurge = true;
   config.DenyDelete = true;
-  require_stream(jetstream(), config);
+  require_stream(jetstream(), config, may_be_hidden);
   std::array<const char*, 1> sites{kSiteSubjects};
   require(jsStreamConfig_Init(&config), "a stream");
   config.Name = kSiteStream;
@@ -166,9 +169,10 @@ void Connection::require_streams() const {
   config.SubjectsLen = 1;
   config.Storage = js_FileStorage;
   config.MaxMsgsPerSubject = 1;
+  config.Replicas = replicas_;
   config.DenyPurge = true;
   config.DenyDelete = true;
-  require_stream(jetstream(), config);
+  require_stream(jetstream(), config, may_be_hidden);
 }
 
 }  // namespace unimapper::nats_port

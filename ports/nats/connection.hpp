@@ -47,13 +47,17 @@ class Connection {
   [[nodiscard]] jsCtx* jetstream() const { return jetstream_.get(); }
   /// Sends text without an answer. Throws NatsError.
   void publish(const std::string& subject, const std::string& text) const;
-  /// The streams of a fleet, made where there are none. Throws NatsError.
-  void require_streams() const;
+  /// How many servers are to hold each message: three where so many are known, else one.
+  [[nodiscard]] std::int64_t replicas() const { return replicas_; }
+  /// The streams of a fleet, made where there are none. Throws NatsError; not where nobody answers
+  /// and they may be behind a leaf node, which lets their messages through and no questions.
+  void require_streams(bool may_be_hidden = false) const;
 
  private:
   std::unique_ptr<natsConnection, Destroyer<&natsConnection_Destroy>> connection_;
   std::unique_ptr<jsCtx, Destroyer<&jsCtx_Destroy>> jetstream_;
   std::string inbox_prefix_;
+  std::int64_t replicas_;
 };
 
 /// Pauses between attempts that fail: each twice as long as the one before, up to 30 s.

@@ -59,6 +59,7 @@ void require_stream(const Connection& connection, const StreamShape& shape) {
     config.MaxBytes = shape.max_bytes;
     config.MaxMsgsPerSubject = shape.max_per_subject;
     config.AllowDirect = true;
+    config.Replicas = connection.replicas();
     status = js_AddStream(&info, connection.jetstream(), &config, nullptr, nullptr);
   }
   const StreamInfo made(info);

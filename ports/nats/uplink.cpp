@@ -76,7 +76,7 @@ std::vector<std::uint8_t> message_of(const wire::SessionSummary& session) {
 class Line {
  public:
   explicit Line(const Server& server) : connection_(server) {
-    connection_.require_streams();
+    connection_.require_streams(true);
     inbox_ = connection_.make_inbox();
     natsSubscription* subscription = nullptr;
     require(

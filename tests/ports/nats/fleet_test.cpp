@@ -201,6 +201,20 @@ TEST_CASE("a site and a centre that end anywhere go on where they were") {
   check_same(site, centre);
 }
 
+TEST_CASE("a leaf node without streams hands on what a site sends") {
+  if (!TestServer::is_installed()) return;
+  const std::string port = std::to_string(TestServer::free_port());
+  const TestServer server("leafnodes { listen: \"127.0.0.1:" + port + "\" }");
+  const TestServer leaf(
+      "leafnodes { remotes: [ { url: \"nats-leaf://127.0.0.1:" + port + "\" } ] }", false);
+  Site site;
+  site.drive(kAlpha, 2);
+  Centre centre(server);
+  const auto uplink = site.uplink(leaf);
+  centre.run_until_stored(2);
+  check_same(site, centre);
+}
+
 TEST_CASE("a full stream is told once, and what does not fit stays at the site until it does") {
   if (!TestServer::is_installed()) return;
   const TestServer server;

@@ -23,7 +23,10 @@ namespace unimapper::nats_port::nats_test {
 class TestServer {
  public:
   /// `limits`: lines of its configuration.
-  explicit TestServer(const std::string& limits = {}) : port_(free_port()) { start(limits); }
+  explicit TestServer(const std::string& limits = {}, bool has_streams = true)
+      : port_(free_port()), has_streams_(has_streams) {
+    start(limits);
+  }
   ~TestServer() { kill(); }
   TestServer(const TestServer&) = delete;
   TestServer& operator=(const TestServer&) = delete;
@@ -45,16 +48,15 @@ class TestServer {
   /// Returns once it answers.
   void start(const std::string& limits = {}) {
     const std::string port = std::to_string(port_);
-    const std::string config = folder_
-                                   .write("config", "jetstream { store_dir: \"" +
-                                                        folder_.path().string() + "\" }\n" + limits)
-                                   .string();
+    const std::string streams = "jetstream { store_dir: \"" + folder_.path().string() + "\" }\n";
+    const std::string config =
+        folder_.write("config", (has_streams_ ? streams : std::string()) + limits).string();
     const std::string log = (folder_ / "log").string();
     const char* const arguments[] = {"nats-server", "-c", config.c_str(), "-a",   "127.0.0.1", "-p",
                                      port.c_str(),  "-l", log.c_str(),    nullptr};
     REQUIRE(posix_spawnp(&process_, arguments[0], nullptr, nullptr,
                          const_cast<char* const*>(arguments), environ) == 0);
-    for (int tries = 0; !connection(); ++tries) {
+    for (int tries = 0; !answers(); ++tries) {
       REQUIRE(tries < 200);
       usleep(5000);
     }
@@ -77,7 +79,7 @@ class TestServer {
     }
   }
 
- private:
+  /// A port that nobody uses now.
   static int free_port() {
     const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
     sockaddr_in place{};
@@ -91,8 +93,19 @@ class TestServer {
     return ntohs(place.sin_port);
   }
 
+ private:
+  [[nodiscard]] bool answers() const {
+    if (has_streams_) return connection() != nullptr;
+    try {
+      return Connection(address()).is_open();
+    } catch (const NatsError&) {
+      return false;
+    }
+  }
+
   TemporaryDirectory folder_;
   int port_;
+  bool has_streams_;
   pid_t process_ = 0;
 };
 
