@@ -1,106 +1,83 @@
 #!/usr/bin/env python3
-"""Processes of run.sh and the cells of its table.
+"""Cells of a row of run.sh: sites to a centre while parts of it are killed.
 
-  drive.py BIN OUT ROBOTS SITES KEYFRAMES SECONDS SEED
+  drive.py BIN OUT --robots N --sites N --keyframes N --seconds S --seed N
+           [--servers N --server-kill-s S] [--cut-s S]
+
+About every second a base, or the only server, is killed (-9) and started again. Of several servers
+one is killed every --server-kill-s. --cut-s: the first site reaches them by a leaf node, whose link
+is cut for so long from a quarter of the time on.
 """
-import ctypes
-import os
+import argparse
 import random
-import shutil
 import signal
-import sqlite3
-import subprocess
 import sys
 import time
 
-BIN, OUT = sys.argv[1:3]
-ROBOTS, SITES, KEYFRAMES, SECONDS, SEED = map(int, sys.argv[3:])
-PORT = 4222
-DRAIN_S = 120
-processes = {}
-spent_s = {}
+from processes import Fleet, empty, lcm_url
+
+DRAIN_S = 180
 
 
-def die_with_parent():
-    ctypes.CDLL(None).prctl(1, signal.SIGKILL)
+def arguments():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("binaries")
+    parser.add_argument("out")
+    for name, value in ("robots", 20), ("sites", 3), ("keyframes", 30), ("seconds", 30), ("seed", 1), \
+            ("servers", 1), ("server-kill-s", 0), ("cut-s", 0):
+        parser.add_argument(f"--{name}", type=int, default=value)
+    return parser.parse_args()
 
 
-def start(name, command):
-    log = open(f"{OUT}/{name}.log", "a")
-    processes[name] = subprocess.Popen(command, stdout=log, stderr=log, preexec_fn=die_with_parent)
-
-
-def end(name, number):
-    """Ends one of the processes by its number and counts its processor time."""
-    child = processes.pop(name)
-    child.send_signal(number)
-    _, _, usage = os.wait4(child.pid, 0)
-    child.returncode = 0
-    part = name.split("-")[0]
-    spent_s[part] = spent_s.get(part, 0.0) + usage.ru_utime + usage.ru_stime
-
-
-def url(site):
-    return f"udpm://239.255.76.67:{7667 + site}?ttl=0"
-
-
-def start_part(name):
-    tool = f"{BIN}/unimapper"
-    nats = f"nats://127.0.0.1:{PORT}"
-    if name == "server":
-        start(name, ["nats-server", "-js", "-a", "127.0.0.1", "-p", str(PORT), "-sd", f"{OUT}/stream"])
-    elif name == "centre":
-        start(name, [tool, "base", "--store", f"{OUT}/centre", "--from", nats])
-    else:
-        site = int(name.split("-")[1])
-        start(name, [tool, "base", "--store", f"{OUT}/{name}", "--listen", url(site), "--uplink", nats,
-                     "--site", name])
-
-
-def keyframes(store):
-    """Every keyframe of a store with its checksum."""
-    with sqlite3.connect(f"file:{OUT}/{store}/store.sqlite?mode=ro", uri=True) as database:
-        return database.execute("SELECT hex(identity), sequence, crc32 FROM keyframes JOIN sessions ON id = session"
-                                ).fetchall()
-
-
-def at_sites():
-    return [row for site in range(SITES) for row in keyframes(f"site-{site}")]
+def kill_some(fleet, given, dice):
+    """Kills for the given time; returns how often."""
+    bases = ["centre"] + [f"site-{site}" for site in range(given.sites)]
+    servers = [f"server-{i}" for i in range(given.servers)]
+    often = bases + (servers if given.servers == 1 else [])
+    kills = 0
+    begin = time.monotonic()
+    next_server = begin + given.server_kill_s
+    cut_at = begin + given.seconds / 4
+    while time.monotonic() < begin + given.seconds:
+        time.sleep(dice.uniform(0.5, 1.5))
+        if given.cut_s and cut_at < time.monotonic() < cut_at + given.cut_s:
+            fleet.cut_link()
+        elif given.cut_s and time.monotonic() > cut_at + given.cut_s:
+            fleet.mend_link()
+        name = dice.choice(often)
+        if given.server_kill_s and time.monotonic() > next_server:
+            name = dice.choice(servers)
+            next_server += given.server_kill_s
+        fleet.end(name, signal.SIGKILL)
+        kills += 1
+        time.sleep(dice.uniform(0.0, 0.5))
+        fleet.start(name)
+    fleet.mend_link()
+    return kills
 
 
 def main():
-    shutil.rmtree(OUT, ignore_errors=True)
-    os.makedirs(OUT)
-    dice = random.Random(SEED)
-    parts = ["server", "centre"] + [f"site-{site}" for site in range(SITES)]
-    for name in parts:
-        start_part(name)
-    for robot in range(ROBOTS):
-        start(f"robot-{robot}", [f"{BIN}/fault_robot", url(robot % SITES), f"robot{robot}",
-                                 "--keyframes", str(KEYFRAMES), "--seed", str(SEED + robot),
-                                 "--period-ms", str(1000.0 * SECONDS / KEYFRAMES), "--waits"])
-    kills = 0
-    begin = time.monotonic()
-    while time.monotonic() < begin + SECONDS:
-        time.sleep(dice.uniform(0.5, 1.5))
-        name = dice.choice(parts)
-        end(name, signal.SIGKILL)
-        kills += 1
-        time.sleep(dice.uniform(0.0, 0.5))
-        start_part(name)
-    for robot in range(ROBOTS):
-        processes[f"robot-{robot}"].wait(DRAIN_S)
-    calm = time.monotonic()
-    while time.monotonic() < calm + DRAIN_S and len(keyframes("centre")) < len(at_sites()):
-        time.sleep(0.1)
-    drained_s = time.monotonic() - calm
-    for name in [one for one in processes if not one.startswith("robot")][::-1]:
-        end(name, signal.SIGKILL if name == "server" else signal.SIGTERM)
-    sent, taken = at_sites(), keyframes("centre")
-    lost = len(set(sent) - set(taken)) + ROBOTS * KEYFRAMES - len(sent)
-    twice = len(taken) - len(set((row[0], row[1]) for row in taken))
-    each_ms = {part: 1000.0 * spent / max(1, len(taken)) for part, spent in spent_s.items()}
-    print(f"{len(sent)} | {kills} | {lost} | {twice} | {drained_s:.1f} "
+    given = arguments()
+    empty(given.out)
+    fleet = Fleet(given.binaries, given.out, given.servers, given.cut_s > 0)
+    fleet.start_servers()
+    fleet.start_centre()
+    for site in range(given.sites):
+        fleet.start_site(site, fleet.leaf_url if given.cut_s and site == 0 else fleet.url)
+    for robot in range(given.robots):
+        fleet.start(f"robot-{robot}",
+                    [f"{given.binaries}/fault_robot", lcm_url(robot % given.sites), f"robot{robot}",
+                     "--keyframes", str(given.keyframes), "--seed", str(given.seed + robot),
+                     "--period-ms", str(1000.0 * given.seconds / given.keyframes), "--waits"])
+    kills = kill_some(fleet, given, random.Random(given.seed))
+    for robot in range(given.robots):
+        fleet.wait(f"robot-{robot}", DRAIN_S)
+    drained_s = fleet.drain(given.sites, DRAIN_S)
+    fleet.end_all()
+    sent, lost, twice = fleet.compare(given.sites)
+    lost += given.robots * given.keyframes - sent
+    each_ms = {part: 1000.0 * spent / max(1, sent) for part, spent in fleet.spent_s.items()}
+    print(f"{sent} | {kills} | {lost} | {twice} | {drained_s:.1f} "
           f"| {each_ms['site']:.1f} | {each_ms['server']:.1f} | {each_ms['centre']:.1f}")
     return 1 if lost or twice else 0
 

@@ -13,11 +13,12 @@ import subprocess
 import sys
 import time
 
+from processes import contents, empty
+
 TOOL, OUT, RUNS, WORKERS = sys.argv[1:]
 COUNT = int(WORKERS.split(",")[0])
 KILLS = "killed" in WORKERS
 STORE = f"{OUT}/store"
-OWN = ("report.html", "timing.json", "times.json")
 
 
 def quietly(*words):
@@ -30,17 +31,8 @@ def spent_s(child):
     return usage.ru_utime + usage.ru_stime
 
 
-def contents(folder):
-    files = {}
-    for place, _, names in os.walk(folder):
-        for name in set(names) - set(OWN):
-            with open(f"{place}/{name}", "rb") as file:
-                files[os.path.relpath(f"{place}/{name}", folder)] = file.read()
-    return files
-
-
-for folder in (STORE, f"{OUT}/stream"):
-    shutil.rmtree(folder, ignore_errors=True)
+shutil.rmtree(STORE, ignore_errors=True)
+empty(f"{OUT}/stream")
 quietly("map", "create", "--store", STORE)
 quietly("map", "add", "--store", STORE, *(f"{OUT}/runs/{RUNS}_{route}" for route in "ABC"))
 with socket.socket() as free:
