@@ -67,7 +67,7 @@ checks() {
   echo "| check | unit | said above | refused above | largest on right drives |"
   rule 5
   for check in points records units origin "repeated scans" "order of stamps" interval spacing \
-    rounding speed mount time motion succession odometry attitude; do
+    rounding frame speed mount time motion succession odometry attitude; do
     row "$check" 4 faulty limits "$check"
   done
 }

@@ -97,7 +97,9 @@ DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
     Eigen::Vector3d centre;
     std::size_t below = 0;
     std::size_t above = 0;
+    double above_sum_m = 0.0;
   };
+  std::vector<double> heights_m;
   for (std::size_t k = 0; k < scans.size(); ++k) {
     const std::size_t i = indices[k];
     const Eigen::Matrix3d R_world_sensor = track.pose(i).rotation;
@@ -116,24 +118,45 @@ DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
         const Eigen::Vector3d off = p - metre.centre;
         if (!(off.head<2>().squaredNorm() < 0.25)) continue;
         metre.below += off.z() <= -kLowest_m && off.z() >= -kHighest_m ? 1 : 0;
-        metre.above += off.z() >= kNearAbove_m && off.z() <= kFarAbove_m ? 1 : 0;
+        if (off.z() < kNearAbove_m || off.z() > kFarAbove_m) continue;
+        ++metre.above;
+        metre.above_sum_m += off.z();
       }
     }
     for (const Metre& metre : path) {
       driven.below += metre.below >= kFewest ? 1 : 0;
-      driven.above += metre.above >= kFewest ? 1 : 0;
+      if (metre.above < kFewest) continue;
+      heights_m.push_back(metre.above_sum_m / static_cast<double>(metre.above));
     }
   }
+  if (heights_m.empty()) return driven;
+  // Leaves are not level; small robots drive below some.
+  constexpr double kLevel_m = 0.3;
+  const double height_m = median(std::span(heights_m));
+  driven.above =
+      static_cast<std::size_t>(std::count_if(heights_m.begin(), heights_m.end(), [&](double one) {
+        return std::fabs(one - height_m) < kLevel_m;
+      }));
   return driven;
+}
+
+bool are_upside_down(const Track& track, std::span<const std::size_t> indices) {
+  const auto turned =
+      static_cast<std::size_t>(std::count_if(indices.begin(), indices.end(), [&](std::size_t i) {
+        return track.pose(i).rotation(2, 2) < 0.0;
+      }));
+  return 2 * turned > indices.size();
 }
 
 bool is_upside_down(const DrivenSurface& driven) {
   // Under a ceiling surfaces lie on both sides.
   constexpr std::size_t kFewest = 20;
-  return driven.above >= kFewest && driven.above > 20 * driven.below;
+  constexpr std::size_t kTimes = 4;
+  return driven.above >= kFewest && driven.above > kTimes * driven.below;
 }
 
-Finding check_axes(const DirectionFigures& directions, const DrivenSurface& driven) {
+Finding check_axes(const DirectionFigures& directions, const DrivenSurface& driven,
+                   bool turned_by_poses) {
   Finding finding{"axes", Severity::kFine, 0.0, "axis", {}};
   constexpr std::size_t kFewest = 1000;
   constexpr int kAllRound = 11;
@@ -172,12 +195,22 @@ Finding check_axes(const DirectionFigures& directions, const DrivenSurface& driv
   }
   if (is_upside_down(driven)) {
     finding.severity = Severity::kWrong;
-    finding.message = text(
-        "what is driven on lies above the sensor in %zu of %zu metres of path: z points down, the "
-        "LiDAR is mounted upside down; give --extrinsic 0,0,0,180,0,0 if the poses are of an "
-        "upright body, or --extrinsic auto if they are of the LiDAR itself; or negate z if an "
-        "export mirrored the points",
-        driven.above, driven.above + driven.below);
+    finding.message =
+        turned_by_poses
+            ? text(
+                  "by the poses the LiDAR is upside down, and by the points it is not (what is "
+                  "driven on would lie above it in %zu of %zu metres of path): are the "
+                  "quaternions qw qx qy qz (write qx qy qz qw), or is z down in the poses (NED)?",
+                  driven.above, driven.above + driven.below)
+            : text(
+                  "what is driven on lies above the sensor in %zu of %zu metres of path: z points "
+                  "down, the "
+                  "LiDAR is mounted upside down; give --extrinsic 0,0,0,180,0,0 if the poses are "
+                  "of an "
+                  "upright body, or --extrinsic auto if they are of the LiDAR itself; or negate z "
+                  "if an "
+                  "export mirrored the points",
+                  driven.above, driven.above + driven.below);
   }
   return finding;
 }

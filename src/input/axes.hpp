@@ -31,8 +31,8 @@ struct DirectionFigures {
 /// On which side of the sensor lies what it is driven on.
 struct DrivenSurface {
   std::size_t below = 0;  ///< metres of path, over all scans, with points below the sensor's path
-  /// Metres of path, over all scans, with points above the sensor's path. They are ceilings,
-  /// trees, or ground where the sensor is upside down.
+  /// Metres of path, over all scans, with points above the sensor's path, at a height near to that
+  /// of most of them. They are ceilings, or ground where the sensor is upside down.
   std::size_t above = 0;
 };
 
@@ -48,8 +48,12 @@ struct DrivenSurface {
 /// Whether it lies above along 20 m and more, and hardly below.
 [[nodiscard]] bool is_upside_down(const DrivenSurface& driven);
 
+/// Whether most of the poses have their z axis down.
+[[nodiscard]] bool are_upside_down(const Track& track, std::span<const std::size_t> indices);
+
 /// Points whose z axis is not up: a sensor that turns about x or y, looks along z, or hangs upside
-/// down.
-[[nodiscard]] Finding check_axes(const DirectionFigures& directions, const DrivenSurface& driven);
+/// down. Where it is `turned_by_poses`, these are wrong, and not the points.
+[[nodiscard]] Finding check_axes(const DirectionFigures& directions, const DrivenSurface& driven,
+                                 bool turned_by_poses = false);
 
 }  // namespace unimapper::input

@@ -206,6 +206,24 @@ class DelayCosts {
     return sums_[last - 1][d] - (first > 0 ? sums_[first - 1][d] : 0.0);
   }
 
+  struct Drift {
+    std::size_t first = 0;  ///< delays of the first and of the last motion
+    std::size_t last = 0;
+    double cost = std::numeric_limits<double>::infinity();
+  };
+
+  /// The delay that grows evenly and fits all motions best.
+  [[nodiscard]] Drift best_drift() const {
+    Drift best;
+    for (std::size_t first = 0; first < kDelays; ++first) {
+      for (std::size_t last = 0; last < kDelays; ++last) {
+        const double cost = of_drift(first, last, best.cost);
+        if (cost < best.cost) best = {first, last, cost};
+      }
+    }
+    return best;
+  }
+
   /// The delay that fits these motions best.
   [[nodiscard]] std::size_t best(std::size_t first, std::size_t last) const {
     std::size_t least = 0;
@@ -216,6 +234,16 @@ class DelayCosts {
   }
 
  private:
+  /// Of all motions; of some where these cost `most` already.
+  [[nodiscard]] double of_drift(std::size_t first, std::size_t last, double most) const {
+    const std::size_t size = sums_.size();
+    double sum = 0.0;
+    for (std::size_t k = 0; k < size && sum < most; ++k) {
+      sum += of(k, k + 1, (first * (size - 1 - k) + last * k + size / 2) / (size - 1));
+    }
+    return sum;
+  }
+
   [[nodiscard]] double cost(const GivenMotion& given, const RegisteredMotion& motion,
                             double delay_s) const {
     const double metres = motion.T_first_second.translation.norm();
@@ -270,6 +298,12 @@ std::optional<ClockStep> find_clock_step(const Track& track,
   const std::int64_t last_ns = motions[split - 1].first_ns;
   const std::int64_t near_ns = last_ns + (motions[split].second_ns - last_ns) / 2;
   while (step.scan + 1 < track.size && track.stamp_ns(step.scan) < near_ns) ++step.scan;
+  const DelayCosts::Drift drift = costs.best_drift();
+  if (drift.cost <= least) {
+    step.is_drift = true;
+    step.before_s = DelayCosts::delay_s(drift.first);
+    step.after_s = DelayCosts::delay_s(drift.last);
+  }
   return step;
 }
 

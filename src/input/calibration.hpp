@@ -36,12 +36,13 @@ struct MotionMistake {
                                                 const std::vector<PoseMistake>& mistakes,
                                                 const Calibration& found, double surely = 6.0);
 
-/// A clock that steps against the other one in the middle of a recording.
+/// A clock that steps against the other one in the middle of a recording, or drifts.
 struct ClockStep {
   std::size_t scan = 0;   ///< near the step
   double before_s = 0.0;  ///< delay of the poses before it, as `Calibration::delay_s`
   double after_s = 0.0;   ///< delay behind it
   bool is_sure = false;   ///< both parts are sure of the difference
+  bool is_drift = false;  ///< a delay that grows evenly fits as well: the first and the last
 };
 
 /// Where the motions of one part likely show one delay, and those of the rest another one, which

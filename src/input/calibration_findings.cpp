@@ -91,6 +91,15 @@ Finding check_clock_step(const std::optional<ClockStep>& step, double time_offse
   if (!step || !step->is_sure) return finding;
   finding.severity = Severity::kWrong;
   finding.figure = step->after_s - step->before_s;
+  if (step->is_drift) {
+    finding.message = text(
+        "the clocks of scans and poses drift apart: poses are %+.2f s late early in the "
+        "recording and %+.2f s at its end; stamp both by one clock (as PTP sets it), or stretch "
+        "the stamps of "
+        "the poses by that",
+        step->before_s, step->after_s);
+    return finding;
+  }
   finding.message = text(
       "the clock of the scans steps by %.2f s against that of the poses near scan %zu (counted "
       "from 0): poses are %+.2f s late before it and %+.2f s after it; split the recording at the "
@@ -118,7 +127,10 @@ Finding check_time(const Calibration& found, double time_offset_s, const MotionM
   if (!mistake.remedies.empty()) {
     finding.message += "; the motions fit as well if " + remedies_of(mistake);
   }
-  if (step) {
+  if (step && step->is_drift) {
+    finding.message +=
+        text("; or the clocks drift apart, from %+.2f to %+.2f s", step->before_s, step->after_s);
+  } else if (step) {
     finding.message +=
         text("; if a clock stepped near scan %zu (counted from 0), split the recording there",
              step->scan);

@@ -1,12 +1,17 @@
 // Scans against poses: which motion neighbouring scans agree with
 #include "src/input/motion_check.hpp"
 
+#include <Eigen/Core>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <utility>
 
 #include "src/core/quantile.hpp"
+#include "src/core/rotation_vector.hpp"
+#include "src/input/extrinsic.hpp"
+#include "src/input/pose_noise.hpp"
 #include "src/input/text.hpp"
 
 namespace unimapper::input {
@@ -115,6 +120,76 @@ void try_mistakes(std::span<const ScanPair> pairs, const std::vector<PoseMistake
       figures.remedies.push_back(one.mistake->remedy);
     }
   }
+}
+
+/// Given motions and those that scans show, as twists of metres: what turns one to the other is a
+/// mount of any angle.
+class TurnedMount {
+ public:
+  void add(const Pose& given, const Pose& registered) {
+    // A turn of 0.2 rad counts as a metre.
+    constexpr double kPerRadian_m = 5.0;
+    pairs_.push_back({given.translation, registered.translation});
+    pairs_.push_back({kPerRadian_m * rotation_vector(given.rotation),
+                      kPerRadian_m * rotation_vector(registered.rotation)});
+  }
+
+  /// R_given_lidar by least squares with Cauchy weights; the smallest one where motions leave it
+  /// open.
+  [[nodiscard]] Eigen::Matrix3d solve() const {
+    constexpr int kIterations = 8;
+    constexpr double kOff_m = 0.1;
+    constexpr double kPrior_m2 = 0.02;
+    Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();
+    for (int n = 0; n < kIterations; ++n) {
+      Eigen::Matrix3d sum = kPrior_m2 * Eigen::Matrix3d::Identity();
+      for (const auto& [given, shown] : pairs_) {
+        // What differs in length by more than half is another motion.
+        const double lengths = given.norm() + shown.norm();
+        if (std::fabs(given.norm() - shown.norm()) > 0.2 * lengths) continue;
+        const double off = n == 0 ? 0.0 : (turned * shown - given).norm() / kOff_m;
+        sum += given * shown.transpose() / (1.0 + off * off);
+      }
+      const Eigen::JacobiSVD<Eigen::Matrix3d> parts(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+      Eigen::Vector3d signs = Eigen::Vector3d::Ones();
+      signs[2] = (parts.matrixU() * parts.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+      turned = parts.matrixU() * signs.asDiagonal() * parts.matrixV().transpose();
+    }
+    return turned;
+  }
+
+ private:
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> pairs_;
+};
+
+/// Whether axes fall on axes, which has names of its own.
+bool is_named_turn(const Eigen::Matrix3d& turned) {
+  constexpr double kNear = 0.985;  // cosine of ten degrees
+  return turned.cwiseAbs().rowwise().maxCoeff().minCoeff() > kNear;
+}
+
+/// A mount that is turned by any angle. On a straight road mistakes in the rotations look alike.
+void try_turned(std::span<const ScanPair> pairs, const Track& track, const Eigen::Matrix3d& turned,
+                AgreementFigures& figures) {
+  constexpr double kAsGood = 0.02;
+  constexpr double kBetter = 0.01;
+  if (is_named_turn(turned)) return;
+  const Pose mount(turned, Eigen::Vector3d::Zero());
+  const double agreement = mean_over(pairs, [&](const ScanPair& pair) {
+    if (!pair.is_informative()) return -1.0;
+    const Pose given = relative(track, pair.first(), pair.second());
+    return pair.agreement(mount.inverse() * given * mount);
+  });
+  if (agreement < figures.mistaken - kAsGood) return;
+  if (agreement > figures.mistaken + kBetter) figures.remedies.clear();
+  figures.mistake = "turned";
+  figures.mistaken = std::max(figures.mistaken, agreement);
+  figures.is_by_pose = false;  // registered motions do not tell these apart
+  figures.remedies.insert(
+      figures.remedies.begin(),
+      "the poses look like those of a body that is turned against the points; multiply them by the "
+      "extrinsic T_body_lidar, --extrinsic " +
+          extrinsic_text(mount) + " (behind one that was given)");
 }
 
 constexpr std::size_t kNeighbours = 8;
@@ -236,6 +311,7 @@ AgreementFigures AgreementMeans::figures() && {
 AgreementFigures measure_agreement(std::span<const ScanPair> pairs, const Track& track,
                                    const std::vector<PoseMistake>& mistakes) {
   AgreementMeans means;
+  TurnedMount mount;
   double drift_m = 0.0;
   double displacement_m = 0.0;
   for (const ScanPair& pair : pairs) {
@@ -259,6 +335,7 @@ AgreementFigures measure_agreement(std::span<const ScanPair> pairs, const Track&
         agreements.registered = agrees;
       }
     }
+    mount.add(given, registered);
     means.add({pair.first(), pair.second()}, given, registered, agreements);
   }
   AgreementFigures figures = std::move(means).figures();
@@ -266,6 +343,7 @@ AgreementFigures measure_agreement(std::span<const ScanPair> pairs, const Track&
   figures.displacement_m = displacement_m;
   if (figures.pairs > 0 && figures.given < figures.registered - kTryMistakes) {
     try_mistakes(pairs, mistakes, figures);
+    try_turned(pairs, track, mount.solve(), figures);
   }
   return figures;
 }

@@ -302,10 +302,22 @@ class BreakSearch {
     before_ = {i, j, whole, slips};
   }
 
+  /// Whether most scans have the pose of the one before: even where a robot stands, an odometry
+  /// scatters.
+  [[nodiscard]] bool is_frozen(std::size_t i, std::size_t j) const {
+    constexpr double kSame = 1e-6;  // m, rad
+    std::size_t same = 0;
+    for (std::size_t k = i + 1; k <= j; ++k) {
+      const Pose step = motion(k - 1, k);
+      same += step.translation.norm() < kSame && rotation_angle(step.rotation) < kSame ? 1 : 0;
+    }
+    return 2 * same > j - i;
+  }
+
   void add_slip(std::size_t i, std::size_t j, const Step& step) {
     ++found_.contradicted;
     OdometryBreak slip = break_of(i, j, step);
-    slip.is_slip = true;
+    slip.is_slip = !slip.is_frozen;
     add(slip);
   }
 
@@ -325,9 +337,11 @@ class BreakSearch {
     return is_found;
   }
 
-  static OdometryBreak break_of(std::size_t last, std::size_t next, const Step& step) {
-    return {last, next, step.correction.translation.norm(), angle_deg(step.correction),
-            step.is_elsewhere};
+  [[nodiscard]] OdometryBreak break_of(std::size_t last, std::size_t next, const Step& step) const {
+    OdometryBreak found{last, next, step.correction.translation.norm(), angle_deg(step.correction),
+                        step.is_elsewhere};
+    found.is_frozen = is_frozen(last, next);
+    return found;
   }
 
   /// Steps that follow each other are one break, and so are those on the way into a cabin.
@@ -341,6 +355,7 @@ class BreakSearch {
       found.is_elsewhere = found.is_elsewhere || before.is_elsewhere;
       found.is_shut_in = found.is_shut_in || before.is_shut_in;
       found.is_slip = found.is_slip && before.is_slip;
+      found.is_frozen = found.is_frozen || before.is_frozen;
       breaks.pop_back();
     }
     breaks.push_back(found);
@@ -418,9 +433,10 @@ std::string describe(const OdometryBreak& odometry_break) {
         b.last, b.next);
   }
   return text(
-      "between scan %zu and %zu (counted from 0) poses and scans differ by %.2f m and %.1f "
+      "between scan %zu and %zu (counted from 0) %sposes and scans differ by %.2f m and %.1f "
       "degrees",
-      b.last, b.next, b.off_m, b.off_deg);
+      b.last, b.next, b.is_frozen ? "one pose is repeated while the scans move, and " : "", b.off_m,
+      b.off_deg);
 }
 
 Finding check_odometry_breaks(const OdometryBreaks& found) {

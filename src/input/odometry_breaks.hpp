@@ -23,6 +23,7 @@ struct OdometryBreak {
   bool is_elsewhere = false;  ///< no motion makes the scans agree: they show another place
   bool is_shut_in = false;    ///< between the two nothing but a closed cabin was seen
   bool is_slip = false;       ///< at no scan alone, but over several: it slipped or drifted
+  bool is_frozen = false;     ///< one pose again and again while the scans move
 };
 
 /// What the scans say of all steps.

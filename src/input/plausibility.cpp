@@ -2,6 +2,7 @@
 #include "src/input/plausibility.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -65,11 +66,10 @@ struct MotionEvidence {
 /// Half of the motions, where they show beyond doubt that nothing is to be said.
 std::optional<MotionEvidence> quick_evidence(const Track& track,
                                              const std::vector<PoseMistake>& mistakes,
-                                             const datasets::Dataset& dataset) {
+                                             MotionRegistration& registration) {
   // Differences of logarithms that all of the motions would double, far less than is said.
   constexpr double kHint = 1.5;
-  const auto [motions, agreement, pairs] = register_some_motions(
-      track, [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); });
+  const auto [motions, agreement, pairs] = registration.some();
   constexpr std::size_t kFewest = 10;  // what a clock that steps shows in
   if (motions.size() < kFewest || !is_surely_right(agreement, pairs)) return std::nullopt;
   MotionEvidence evidence{agreement, calibrate(track, motions), {}, {}};
@@ -85,15 +85,12 @@ std::optional<MotionEvidence> quick_evidence(const Track& track,
 /// that is off looks like an odometry that slips in each turn, so slips are left out only if the
 /// rest of the recording contradicts what they show.
 Calibrated calibration_beside(std::vector<OdometryBreak> breaks, const Track& track,
-                              const datasets::Dataset& dataset) {
+                              MotionRegistration& registration) {
   const auto beside = [&] {
     Calibrated result;
-    result.motions = register_motions(
-        track,
-        [&](std::size_t i, std::size_t j) {
-          return is_broken(breaks, {i, j});
-        },
-        [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); });
+    result.motions = registration.all([&](std::size_t i, std::size_t j) {
+      return is_broken(breaks, {i, j});
+    });
     result.found = calibrate(track, result.motions);
     return result;
   };
@@ -116,8 +113,8 @@ Calibrated calibration_beside(std::vector<OdometryBreak> breaks, const Track& tr
 MotionEvidence evidence_beside(const std::vector<OdometryBreak>& breaks,
                                const AgreementFigures& agreement, const Track& track,
                                const std::vector<PoseMistake>& mistakes,
-                               const datasets::Dataset& dataset) {
-  const auto [motions, found] = calibration_beside(breaks, track, dataset);
+                               MotionRegistration& registration) {
+  const auto [motions, found] = calibration_beside(breaks, track, registration);
   return {agreement, found, find_motion_mistake(track, motions, mistakes, found),
           find_clock_step(track, motions)};
 }
@@ -147,12 +144,43 @@ OdometryBreaks find_breaks(const datasets::Dataset& dataset, const Track& track)
   });
 }
 
+/// What the scans contradict is due to poses that are too sparse, if anything is; whether it was
+/// said.
+bool add_pose_rate(Plausibility& result, const Finding& motion, const GivenCorrection& given) {
+  if (!is_too_sparse(result.rate)) return false;
+  const std::array<Finding, 6> others = {check_mount(result.calibration, given.T_base_lidar),
+                                         check_time(result.calibration, given.time_offset_s),
+                                         check_clock_step(result.clock_step, given.time_offset_s),
+                                         check_motion_mistake(result.mistake),
+                                         motion,
+                                         check_attitude(result.calibration)};
+  const auto other =
+      std::max_element(others.begin(), others.end(),
+                       [](const Finding& a, const Finding& b) { return a.severity < b.severity; });
+  if (other->severity == Severity::kFine) return false;
+  result.findings.push_back(check_pose_rate(result.rate, *other));
+  return true;
+}
+
 /// A cause that is measured goes before what only says that poses and scans differ.
-void add_motion_findings(Plausibility& result, const Finding& odometry,
-                         const GivenCorrection& given) {
+void add_motion_causes(Plausibility& result, const Finding& odometry,
+                       const GivenCorrection& given) {
   std::vector<Finding>& findings = result.findings;
   const Finding motion = check_motion(result.agreement);
-  const bool is_known = motion.severity != Severity::kFine && has_known_mistake(result.agreement);
+  const Finding mount = check_mount(result.calibration, given.T_base_lidar);
+  // A mount that is calibrated is more exact than one that makes scans agree.
+  const bool is_calibrated =
+      result.agreement.mistake == "turned" && mount.severity == Severity::kWrong;
+  const bool is_known =
+      motion.severity != Severity::kFine && has_known_mistake(result.agreement) && !is_calibrated;
+  if (!is_known && add_pose_rate(result, motion, given)) {
+    if (findings.back().severity == Severity::kWrong) {
+      result.steps.breaks.clear();
+    } else {
+      findings.push_back(odometry);
+    }
+    return;
+  }
   // Registered motions tell mistakes apart that agreement does not, but know of poses alone.
   const bool is_sure =
       result.mistake.is_better_than_delay &&
@@ -168,7 +196,7 @@ void add_motion_findings(Plausibility& result, const Finding& odometry,
     return;
   }
   if (!is_known) {
-    findings.push_back(check_mount(result.calibration, given.T_base_lidar));
+    findings.push_back(mount);
     findings.push_back(
         check_time(result.calibration, given.time_offset_s, result.mistake, result.clock_step));
     if (worst({findings.end() - 2, findings.end()}) == Severity::kWrong) {
@@ -185,6 +213,15 @@ void add_motion_findings(Plausibility& result, const Finding& odometry,
   findings.push_back(odometry);
 }
 
+void add_motion_findings(Plausibility& result, const Finding& odometry,
+                         const GivenCorrection& given) {
+  add_motion_causes(result, odometry, given);
+  const bool names_rate = std::any_of(result.findings.begin(), result.findings.end(),
+                                      [](const Finding& f) { return f.check == "pose rate"; });
+  // It names noise of the attitude, too, where it is the cause.
+  if (!names_rate) result.findings.push_back(check_attitude(result.calibration));
+}
+
 }  // namespace
 
 Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
@@ -198,6 +235,7 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
                     [&](std::size_t i) { return dataset.stamp_ns(i); }};
   Plausibility result;
   result.motion = measure_motion(track);
+  result.rate = measure_pose_rate(track);
   ScanStore store(dataset);
   std::vector<datasets::Scan> looked_at;
   std::vector<const datasets::Scan*> first;
@@ -223,6 +261,7 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
   findings.push_back(check_interval(result.motion));
   findings.push_back(check_spacing(result.motion));
   findings.push_back(check_rounding(result.motion));
+  findings.push_back(check_frame(result.motion));
   // Comparing points that are none, or are in other units than the limits, says nothing.
   const bool comparable = worst(findings) != Severity::kWrong;
   if (comparable) {
@@ -233,13 +272,15 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
     result.driven = measure_driven_surface(track, result.directions.lowest_deg[2], indices, first);
     // Poses that are wrong as a whole are no odometry that breaks.
     const bool breaks = odometry.severity == Severity::kSuspicious;
-    if (breaks) leave_out_jumps(track, result.steps.breaks, result.motion);
+    std::vector<OdometryBreak> known = result.steps.breaks;
+    if (!breaks) std::erase_if(known, [](const OdometryBreak& b) { return !b.is_frozen; });
+    if (breaks) leave_out_jumps(track, known, result.motion);
     findings.push_back(check_speed(result.motion));
     const auto pairs_of = [&](std::size_t points) {
       std::vector<ScanPair> pairs;
       pairs.reserve(chosen.size());
       for (std::size_t k = 0; k < chosen.size(); ++k) {
-        if (breaks && is_broken(result.steps.breaks, chosen[k])) continue;
+        if (is_broken(known, chosen[k])) continue;
         pairs.emplace_back(chosen[k].first, std::make_shared<const ScanShape>(*first[k], points),
                            chosen[k].second, std::make_shared<const ScanShape>(*second[k], points));
       }
@@ -247,8 +288,10 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
     };
     const auto name = [&](std::size_t i) { return dataset.scan_name(i); };
     const std::vector<PoseMistake> mistakes = known_mistakes(track, name);
+    MotionRegistration registration(
+        track, [&](std::size_t i, datasets::Scan& scan) { dataset.read_scan(i, scan); });
     std::optional<MotionEvidence> evidence;
-    if (!breaks) evidence = quick_evidence(track, mistakes, dataset);
+    if (known.empty()) evidence = quick_evidence(track, mistakes, registration);
     if (evidence) {
       result.agreement = evidence->agreement;
     } else {
@@ -271,8 +314,7 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
       result.agreement.ring_loss = measure_ring_loss(from_start);
     }
     if (!evidence) {
-      evidence = evidence_beside(breaks ? result.steps.breaks : std::vector<OdometryBreak>(),
-                                 result.agreement, track, mistakes, dataset);
+      evidence = evidence_beside(known, result.agreement, track, mistakes, registration);
     }
     result.calibration = evidence->calibration;
     result.mistake = evidence->mistake;
@@ -283,14 +325,16 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
                              gained_agreement(track, pairs_of(kManyPoints), delay_s.value));
     }
     add_motion_findings(result, odometry, given);
-    findings.push_back(check_attitude(result.calibration));
     if (!breaks) result.steps.breaks.clear();
   } else {
     findings.push_back(check_speed(result.motion));
   }
   // Poses that are upside down, or a mirrored z axis, are named already.
   if (!result.mistake.is_better_than_delay || !is_upside_down(result.driven)) {
-    findings.push_back(check_axes(result.directions, result.driven));
+    std::vector<std::size_t> indices;
+    for (const PairIndex& pair : chosen) indices.push_back(pair.first);
+    findings.push_back(
+        check_axes(result.directions, result.driven, are_upside_down(track, indices)));
   }
   return result;
 }

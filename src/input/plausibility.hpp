@@ -10,6 +10,7 @@
 #include "src/input/finding.hpp"
 #include "src/input/motion_check.hpp"
 #include "src/input/odometry_breaks.hpp"
+#include "src/input/pose_rate.hpp"
 #include "src/input/ranges.hpp"
 #include "src/input/recognition.hpp"
 #include "src/input/stamps.hpp"
@@ -23,6 +24,7 @@ struct Plausibility {
   DrivenSurface driven;
   SensorFigures sensor;
   MotionFigures motion;
+  PoseRate rate;
   OdometryBreaks steps;
   Calibration calibration;  ///< of mount and clock
   MotionMistake mistake;    ///< in the poses, as registered motions show

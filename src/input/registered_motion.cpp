@@ -2,18 +2,17 @@
 #include "src/input/registered_motion.hpp"
 
 #include <algorithm>
-#include <map>
-#include <memory>
-#include <utility>
+#include <span>
 
 #include "src/core/hand_eye.hpp"
 #include "src/core/quantile.hpp"
-#include "src/input/agreement.hpp"
 
 namespace unimapper::input {
 namespace {
 
 constexpr std::size_t kShapePoints = 2'000;
+constexpr double kStands_m = 0.3;
+constexpr double kStands_deg = 2.0;
 
 double turn_deg(const Pose& pose) { return rotation_angle(pose.rotation) * kDegreesPerRadian; }
 
@@ -79,53 +78,62 @@ class PairChoice {
   const Track& track_;
 };
 
-QuickMotions register_parts(const Track& track,
-                            const std::function<bool(std::size_t, std::size_t)>& skips,
-                            const std::function<void(std::size_t, datasets::Scan&)>& read,
-                            std::size_t every) {
+}  // namespace
+
+const std::shared_ptr<const ScanShape>& MotionRegistration::shape(std::size_t i) {
+  std::shared_ptr<const ScanShape>& known = shapes_[i];
+  if (known != nullptr) return known;
+  read_(i, scan_);
+  return known = std::make_shared<const ScanShape>(scan_, kShapePoints);
+}
+
+const MotionRegistration::Compared& MotionRegistration::compared(std::size_t i, std::size_t j) {
+  const auto [at, is_new] = compared_.try_emplace({i, j});
+  Compared& result = at->second;
+  if (!is_new) return result;
+  const ScanPair pair(i, shape(i), j, shape(j));
+  result.is_told = pair.is_informative();
+  if (!result.is_told) return result;
+  const Pose given = track_.pose(i).inverse() * track_.pose(j);
+  merge::RegistrationResult found = pair.registration(given);
+  double agreement = pair.agreement(found.T_target_source);
+  const Pose correction = given.inverse() * found.T_target_source;
+  if (correction.translation.norm() > kStands_m || turn_deg(correction) > kStands_deg) {
+    const merge::RegistrationResult other = pair.registration(Pose());
+    const double agrees = pair.agreement(other.T_target_source);
+    if (agrees > agreement) {
+      found = other;
+      agreement = agrees;
+    }
+  }
+  result.T_first_second = found.T_target_source;
+  result.condition = found.condition;
+  result.agreements = {pair.agreement(given), agreement, pair.agreement(Pose())};
+  return result;
+}
+
+QuickMotions MotionRegistration::register_parts(
+    const std::function<bool(std::size_t, std::size_t)>& skips, std::size_t every) {
   constexpr double kInTunnel = 0.03;    // condition; tunnels have no more
   constexpr double kUnmoved = 0.05;     // agreement; rings of a sparse sensor
   constexpr double kAgreesWell = 0.85;  // agreement, against the median
-  constexpr double kStands_m = 0.3;
-  constexpr double kStands_deg = 2.0;
   QuickMotions result;
   std::vector<RegisteredMotion>& motions = result.motions;
   AgreementMeans means;
   std::vector<double> agreements;
-  datasets::Scan scan;
-  // Pairs share scans in short recordings; they are in the order of their first one.
-  std::map<std::size_t, std::shared_ptr<const ScanShape>> shapes;
-  const auto shape = [&](std::size_t i) {
-    std::shared_ptr<const ScanShape>& known = shapes[i];
-    if (known != nullptr) return known;
-    read(i, scan);
-    return known = std::make_shared<const ScanShape>(scan, kShapePoints);
-  };
-  for (const auto& [i, j] : PairChoice(track).choose(every)) {
-    shapes.erase(shapes.begin(), shapes.lower_bound(i));
-    const Pose given = track.pose(i).inverse() * track.pose(j);
+  shapes_.clear();
+  for (const auto& [i, j] : PairChoice(track_).choose(every)) {
+    shapes_.erase(shapes_.begin(), shapes_.lower_bound(i));
+    const Pose given = track_.pose(i).inverse() * track_.pose(j);
     if (skips(i, j) || !given.is_finite()) continue;
     if (given.translation.norm() < kStands_m && turn_deg(given) < kStands_deg) continue;
     ++result.pairs;
-    const ScanPair pair(i, shape(i), j, shape(j));
-    if (!pair.is_informative()) continue;
-    merge::RegistrationResult found = pair.registration(given);
-    double agreement = pair.agreement(found.T_target_source);
-    const Pose correction = given.inverse() * found.T_target_source;
-    if (correction.translation.norm() > kStands_m || turn_deg(correction) > kStands_deg) {
-      const merge::RegistrationResult other = pair.registration(Pose());
-      const double agrees = pair.agreement(other.T_target_source);
-      if (agrees > agreement) {
-        found = other;
-        agreement = agrees;
-      }
-    }
-    const double unmoved = pair.agreement(Pose());
-    if (every > 1) {
-      means.add({i, j}, given, found.T_target_source, {pair.agreement(given), agreement, unmoved});
-    }
-    if (found.condition < kInTunnel || agreement < unmoved + kUnmoved) continue;
-    motions.push_back({track.stamp_ns(i), track.stamp_ns(j), found.T_target_source});
+    const Compared& pair = compared(i, j);
+    if (!pair.is_told) continue;
+    means.add({i, j}, given, pair.T_first_second, pair.agreements);
+    const double agreement = pair.agreements.registered;
+    if (pair.condition < kInTunnel || agreement < pair.agreements.identity + kUnmoved) continue;
+    motions.push_back({track_.stamp_ns(i), track_.stamp_ns(j), pair.T_first_second});
     agreements.push_back(agreement);
   }
   result.agreement = std::move(means).figures();
@@ -140,18 +148,13 @@ QuickMotions register_parts(const Track& track,
   return result;
 }
 
-}  // namespace
-
-std::vector<RegisteredMotion> register_motions(
-    const Track& track, const std::function<bool(std::size_t, std::size_t)>& skips,
-    const std::function<void(std::size_t, datasets::Scan&)>& read) {
-  return register_parts(track, skips, read, 1).motions;
+std::vector<RegisteredMotion> MotionRegistration::all(
+    const std::function<bool(std::size_t, std::size_t)>& skips) {
+  return register_parts(skips, 1).motions;
 }
 
-QuickMotions register_some_motions(const Track& track,
-                                   const std::function<void(std::size_t, datasets::Scan&)>& read) {
-  return register_parts(
-      track, [](std::size_t, std::size_t) { return false; }, read, 2);
+QuickMotions MotionRegistration::some() {
+  return register_parts([](std::size_t, std::size_t) { return false; }, 2);
 }
 
 }  // namespace unimapper::input

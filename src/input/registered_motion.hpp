@@ -4,9 +4,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "ports/datasets/dataset.hpp"
+#include "src/input/agreement.hpp"
 #include "src/input/motion_check.hpp"
 #include "src/input/stamps.hpp"
 #include "unimapper/core/pose.hpp"
@@ -20,13 +24,6 @@ struct RegisteredMotion {
   Pose T_first_second;
 };
 
-/// Registers up to forty pairs of scans where the sensor moves far, turns or changes its speed, and
-/// keeps what can be trusted: scans that agree well, and no tunnels. `skips(i, j)`: no pose between
-/// these is right. `read` fills a scan. About 5 ms a pair.
-[[nodiscard]] std::vector<RegisteredMotion> register_motions(
-    const Track& track, const std::function<bool(std::size_t, std::size_t)>& skips,
-    const std::function<void(std::size_t, datasets::Scan&)>& read);
-
 /// Motions of a first look.
 struct QuickMotions {
   std::vector<RegisteredMotion> motions;
@@ -34,8 +31,40 @@ struct QuickMotions {
   std::size_t pairs = 0;  ///< in which the robot moves; some may say nothing
 };
 
-/// Registers the pairs of every second part of the track, and says how well they agree.
-[[nodiscard]] QuickMotions register_some_motions(
-    const Track& track, const std::function<void(std::size_t, datasets::Scan&)>& read);
+/// Registers up to forty pairs of scans where the sensor moves far, turns or changes its speed, and
+/// keeps what can be trusted: scans that agree well, and no tunnels. About 5 ms a pair, once.
+class MotionRegistration {
+ public:
+  /// `track` must outlive it; `read` fills a scan.
+  MotionRegistration(const Track& track, std::function<void(std::size_t, datasets::Scan&)> read)
+      : track_(track), read_(std::move(read)) {}
+
+  /// `skips(i, j)`: no pose between these is right.
+  [[nodiscard]] std::vector<RegisteredMotion> all(
+      const std::function<bool(std::size_t, std::size_t)>& skips);
+
+  /// Those of every second part of the track, and how well they agree.
+  [[nodiscard]] QuickMotions some();
+
+ private:
+  struct Compared {
+    bool is_told = false;  ///< both scans show walls
+    Pose T_first_second;
+    double condition = 0.0;
+    Agreements agreements;
+  };
+
+  QuickMotions register_parts(const std::function<bool(std::size_t, std::size_t)>& skips,
+                              std::size_t every);
+  const Compared& compared(std::size_t i, std::size_t j);
+  const std::shared_ptr<const ScanShape>& shape(std::size_t i);
+
+  const Track& track_;
+  std::function<void(std::size_t, datasets::Scan&)> read_;
+  datasets::Scan scan_;
+  // Pairs share scans in short recordings; they are in the order of their first one.
+  std::map<std::size_t, std::shared_ptr<const ScanShape>> shapes_;
+  std::map<std::pair<std::size_t, std::size_t>, Compared> compared_;
+};
 
 }  // namespace unimapper::input

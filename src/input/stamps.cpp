@@ -41,6 +41,17 @@ double rounding_of(std::vector<double>& values) {
   return static_cast<double>(step) / kPerMetre;
 }
 
+/// Distance from the earth's centre, if the position is earth-centred: near sea level, and so far
+/// along z that it is no height. Else 0.
+double from_earth_m(const Eigen::Vector3d& position) {
+  constexpr double kPole_m = 6.35e6;
+  constexpr double kEquator_m = 6.39e6;
+  constexpr double kHighest_m = 1e4;
+  const double distance_m = position.norm();
+  const bool is_near = distance_m > kPole_m && distance_m < kEquator_m;
+  return is_near && std::fabs(position.z()) > kHighest_m ? distance_m : 0.0;
+}
+
 }  // namespace
 
 bool is_jump(const Track& track, std::size_t i) {
@@ -62,6 +73,7 @@ MotionFigures measure_motion(const Track& track) {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   double climb_m = 0.0;
   Pose before = track.pose(0);
+  figures.from_earth_m = from_earth_m(before.translation);
   const auto note_position = [&](const Pose& pose) {
     for (Eigen::Index a = 0; a < 3; ++a) {
       coordinates[static_cast<std::size_t>(a)].push_back(pose.translation[a]);
@@ -182,6 +194,18 @@ Finding check_rounding(const MotionFigures& motion) {
       "far positions of the poses are rounded to %.2f m, as 32-bit floats or six digits do it: "
       "write them with all digits, or relative to the first pose",
       motion.rounding_m);
+  return finding;
+}
+
+Finding check_frame(const MotionFigures& motion) {
+  Finding finding{"frame", Severity::kFine, motion.from_earth_m, "m", {}, {}};
+  if (motion.from_earth_m == 0.0) return finding;
+  finding.severity = Severity::kWrong;
+  finding.message = text(
+      "the poses lie %.0f km from their origin, as earth-centred coordinates (ECEF) do, whose z "
+      "axis is not up: convert them to a level frame, as UTM or east, north, up about the first "
+      "pose",
+      1e-3 * motion.from_earth_m);
   return finding;
 }
 

@@ -31,6 +31,7 @@ struct MotionFigures {
   double acceleration_mps2 = 0.0;  ///< median
   std::size_t jumps = 0;           ///< steps of more than 10 m that are faster than 60 m/s
   double rounding_m = 0.0;         ///< steps of far positions in single precision; 0: they are not
+  double from_earth_m = 0.0;       ///< centre, of the first pose at sea level or near; else 0
   double climb = 0.0;              ///< share of the path along the odometry's z axis
 };
 
@@ -51,6 +52,9 @@ struct MotionFigures {
 
 /// Far positions that were rounded to 32-bit floats or to few digits.
 [[nodiscard]] Finding check_rounding(const MotionFigures& motion);
+
+/// Earth-centred positions (ECEF), whose z axis is not up.
+[[nodiscard]] Finding check_frame(const MotionFigures& motion);
 
 /// Speeds, accelerations and jumps that no robot has.
 [[nodiscard]] Finding check_speed(const MotionFigures& motion);

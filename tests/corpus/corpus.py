@@ -314,11 +314,15 @@ def cases(base):
         case("odometry that rises by 1.5 m", "session of its own", from_middle((IDENTITY, [0.0, 0.0, 1.5]))),
         case("poses of a body turned by 5 degrees", "extrinsic",
              each_pose(lambda p: compose(p, turned(5)))),
+        case("poses of a body turned by 40 degrees", "extrinsic",
+             each_pose(lambda p: compose(p, turned(40)))),
         case("a LiDAR upside down", "upside down|extrinsic|negate", lambda r: (
             r.moved([over] * n), setattr(r, "poses", [compose(compose(over, p), over) for p in r.poses]))),
         case("poses in UTM", "origin", each_pose(utm)),
         case("poses in UTM with six digits", "digits|motion|stand|metres|motions", text(lambda r: "".join(
             " ".join("%g" % x for row, t in zip(*utm(p)) for x in row + [t]) + "\n" for p in r.poses))),
+        case("earth-centred poses", "ECEF", each_pose(
+            lambda p: (p[0], [a + b for a, b in zip(p[1], (4160000.5, 660000.25, 4780000.75))]))),
         case("a clock that steps by half a second", "clock|late|session of its own",
              poses(lambda p: p[:n // 2] + [p[i - 5] for i in range(n // 2, n)])),
         case("positions with a yaw", "angles", text(lambda r: "".join(

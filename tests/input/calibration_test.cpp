@@ -58,6 +58,7 @@ struct Drive {
   std::size_t wrong_motions = 0;
   double sway_deg = 0.0;  ///< of the robot
   double step_s = 0.0;    ///< that the given poses are later from half way on
+  double drift_s = 0.0;   ///< by which they come later from the first to the last one
   unsigned seed = 5;
 
   [[nodiscard]] Pose at(double seconds) const {
@@ -83,7 +84,8 @@ struct Drive {
     };
     std::vector<Pose> given;
     for (std::size_t i = 0; i < kScans; ++i) {
-      const double step = 2 * i >= kScans ? step_s : 0.0;
+      const double step =
+          (2 * i >= kScans ? step_s : 0.0) + drift_s * static_cast<double>(i) / kScans;
       given.push_back(at(static_cast<double>(i) * kInterval_s - late_s - step));
       const Eigen::Vector3d off = noise(attitude_noise_deg / kDegreesPerRadian);
       given.back().rotation *= (Eigen::AngleAxisd(off.x(), Eigen::Vector3d::UnitX()) *
@@ -290,11 +292,24 @@ TEST_CASE("A clock that steps half way is found, with both delays", "[calibratio
   CHECK(found->is_sure);
   CHECK(found->before_s == Approx(drive.late_s).margin(0.03));
   CHECK(found->after_s == Approx(drive.late_s + drive.step_s).margin(0.03));
+  CHECK_FALSE(found->is_drift);
   CHECK(found->scan >= kScans / 2 - 15);
   CHECK(found->scan <= kScans / 2 + 15);
   const Finding finding = check_clock_step(found, 0.0);
   CHECK(finding.severity == Severity::kWrong);
   CHECK_THAT(finding.message, Contains("near scan ") && Contains("split the recording"));
+}
+
+TEST_CASE("Clocks that drift apart are no step", "[calibration]") {
+  Drive drive;
+  drive.drift_s = GENERATE(-0.5, 0.4);
+  const Recorded recorded = drive.record();
+  const auto found = find_clock_step(recorded.track(), recorded.motions);
+  REQUIRE(found.has_value());
+  CHECK(found->is_sure);
+  CHECK(found->is_drift);
+  CHECK(found->after_s - found->before_s == Approx(0.8 * drive.drift_s).margin(0.06));
+  CHECK_THAT(check_clock_step(found, 0.0).message, Contains("drift apart"));
 }
 
 TEST_CASE("One delay, a mount that is off and wrong registrations are no clock that steps",

@@ -221,7 +221,11 @@ TEST_CASE("Scans while the odometry stands still belong to no session", "[breaks
   CHECK(found.breaks.front().last == 20);
   CHECK(found.breaks.back().next >= 29);
   CHECK(found.breaks.back().next <= 31);
-  CHECK(check_odometry_breaks(found).severity == Severity::kSuspicious);
+  CHECK(found.breaks.front().is_frozen);
+  const Finding finding = check_odometry_breaks(found);
+  CHECK(finding.severity == Severity::kSuspicious);
+  CHECK_THAT(finding.message,
+             Catch::Matchers::Contains("one pose is repeated while the scans move"));
 }
 
 TEST_CASE("A scan without points, or with few, says nothing of the odometry", "[breaks]") {

@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "src/core/pose_interpolation.hpp"
 #include "src/input/motion_check.hpp"
 #include "tests/input/courtyard.hpp"
 
@@ -117,6 +118,62 @@ TEST_CASE(
   CHECK(far.severity == Severity::kWrong);
   CHECK(far.figure == 0.5);
   CHECK_THAT(far.message, Contains("rounded to 0.50 m") && Contains("relative to the first pose"));
+}
+
+TEST_CASE("earth-centred positions are told from far ones on a level") {
+  const auto frame_at = [](const Eigen::Vector3d& origin) {
+    const Track track{3,
+                      [&](std::size_t i) {
+                        Pose pose(Eigen::Matrix3d::Identity(), origin);
+                        pose.translation.x() += static_cast<double>(i);
+                        return pose;
+                      },
+                      [](std::size_t i) { return static_cast<std::int64_t>(i) * 100'000'000; }};
+    return check_frame(measure_motion(track));
+  };
+  CHECK(frame_at({500'000.0, 6'350'000.0, 300.0}).severity == Severity::kFine);  // UTM
+  CHECK(frame_at({0.0, 0.0, 0.0}).severity == Severity::kFine);
+  const Finding found = frame_at({4'160'000.0, 660'000.0, 4'780'000.0});
+  CHECK(found.severity == Severity::kWrong);
+  CHECK_THAT(found.message, Contains("(ECEF)") && Contains("UTM"));
+}
+
+/// Every n-th pose as it is, those between interpolated.
+MemoryDataset with_every(MemoryDataset recording, std::size_t n) {
+  const std::vector<Pose> poses = recording.poses;
+  for (std::size_t i = 0; i + n < poses.size(); i += n) {
+    for (std::size_t k = 1; k < n; ++k) {
+      const double share = static_cast<double>(k) / static_cast<double>(n);
+      recording.poses[i + k] = interpolate(poses[i], poses[i + n], share);
+    }
+  }
+  return recording;
+}
+
+TEST_CASE("poses that were interpolated between few are told by their straight stretches") {
+  const auto rate_of = [](const MemoryDataset& recording) {
+    return measure_pose_rate({recording.poses.size(),
+                              [&](std::size_t i) { return recording.poses[i]; },
+                              [&](std::size_t i) { return recording.stamps_ns[i]; }});
+  };
+  CHECK(rate_of(drive()).interval_s == 0.0);
+  const PoseRate rate = rate_of(with_every(drive(), 5));
+  CHECK(rate.interval_s == Approx(0.5));
+  CHECK(is_too_sparse(rate));
+  Finding other{"mount", Severity::kWrong, 2.0, "degrees", "yaw by 2 degrees", {}};
+  const Finding found = check_pose_rate(rate, other);
+  CHECK(found.severity == Severity::kWrong);
+  CHECK_THAT(found.message, Contains("poses are 0.50 s apart") && Contains("yaw by 2 degrees"));
+}
+
+TEST_CASE("a LiDAR that is turned by any angle is refused with that angle", "[slow]") {
+  const Pose turned(
+      Eigen::AngleAxisd(40.0 / kDegreesPerRadian, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+      Eigen::Vector3d::Zero());
+  MemoryDataset recording = drive();
+  recording.change_points([&](const Eigen::Vector3d& p) { return turned.inverse() * p; });
+  CHECK_THAT(examined(recording),
+             Contains("wrong ") && Contains("--extrinsic 0.00,0.00,0.00,0.00,"));
 }
 
 TEST_CASE("a right recording is fine") {

@@ -8,6 +8,7 @@
 
 #include "src/apps/onboard/setup.hpp"
 #include "src/apps/print.hpp"
+#include "src/core/calibration.hpp"
 #include "src/input/extrinsic.hpp"
 #include "src/input/plausibility.hpp"
 #include "src/input/text.hpp"
@@ -63,7 +64,7 @@ bool correct(const input::Plausibility& found, datasets::OpenOptions& how) {
          how.T_given_lidar.rotation != before.T_given_lidar.rotation;
 }
 
-std::vector<std::string> in_words(const OpenedInput& opened, const input::Calibration& known) {
+std::vector<std::string> in_words(const OpenedInput& opened, const Calibration& known) {
   std::vector<std::string> words;
   if (opened.how.turns_over) words.push_back("poses are upside down and were turned over");
   if (opened.how.finds_mount) {
@@ -101,7 +102,7 @@ OpenedInput open_input(const OnboardOptions& options) {
   opened.dataset = datasets::open_dataset(options.dataset, opened.how);
   if (!opened.how.finds_mount && !opened.how.finds_time_offset) return opened;
   constexpr int kMostRounds = 3;  // registration starts from the poses as corrected so far
-  input::Calibration calibration;
+  Calibration calibration;
   for (int round = 0; round < kMostRounds; ++round) {
     const input::Plausibility found = input::examine(*opened.dataset, options.scans);
     if (round == 0) calibration = found.calibration;
