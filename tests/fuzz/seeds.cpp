@@ -5,6 +5,7 @@
 
 #include "ports/lcm/messages.hpp"
 #include "ports/lcm/sending.hpp"
+#include "src/apps/fleet/job_text.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/ports/lcm/map_pose.hpp"
 #include "tests/wire/stream.hpp"
@@ -50,11 +51,27 @@ Data map_pose_input(const std::string& reason) {
   return input;
 }
 
-Data config_input() {
-  const std::string text = dump_config(PipelineConfig());
-  Data input{0};
+/// A choice of the target, and text.
+Data text_input(std::uint8_t choice, const std::string& text) {
+  Data input{choice};
   input.insert(input.end(), text.begin(), text.end());
   return input;
+}
+
+Data job_input() {
+  merge::LoopJob job;
+  job.name = "m-0-0";
+  job.limit = {4.0, 0.25};
+  job.keyframes = {{{0, 1}, "1-2", Pose(), {true, 0.1F, 0.0F, 0.2F}}, {{1, 0}, "1-3", Pose(), {}}};
+  job.questions = {{{1, 0}, {0, 1}, Pose(), 17}};
+  return text_input(0, apps::job_text(job));
+}
+
+Data answer_input() {
+  apps::JobAnswer answer{"m-0-0", "host:1", "", false, {{"0123", {}}, {"4567", {}}}};
+  answer.outcomes[0].outcome.decision = {true, ""};
+  answer.outcomes[1].outcome.decision = {false, "overlap 0.10 (limit 0.30)"};
+  return text_input(1, apps::answer_text(answer));
 }
 
 void write_all(const std::filesystem::path& folder) {
@@ -72,7 +89,9 @@ void write_all(const std::filesystem::path& folder) {
   }
   write("receiver", map_pose_input(""));
   write("receiver", map_pose_input("no loop to the map yet"));
-  write("config", config_input());
+  write("config", text_input(0, dump_config(PipelineConfig())));
+  write("jobs", job_input());
+  write("jobs", answer_input());
 }
 
 }  // namespace
