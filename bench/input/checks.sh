@@ -32,21 +32,22 @@ drives() {
   local seed
   for seed in $seeds; do
     drive "$seed-town-vlp-16" --scene town --sensor vlp-16 --seed "$seed"
-    drive "$seed-town-os2-128" --scene town --sensor os2-128 --columns 512 --seed "$seed"
     drive "$seed-campus-os1-64" --scene campus --sensor os1-64 --columns 512 --seed "$seed"
-    drive "$seed-convoy-hdl-64e" --scene convoy --sensor hdl-64e --columns 512 --seed "$seed"
     drive "$seed-town-avia" --scene town --sensor livox-avia --seed "$seed"
-    drive "$seed-town-aeva" --scene town --sensor aeva-aeries2 --seed "$seed"
     drive "$seed-hall-mid-360" --scene hall --sensor livox-mid-360 --seed "$seed"
     drive "$seed-deck-vlp-16" --scene deck --sensor vlp-16 --seed "$seed"
-    drive "$seed-tunnel-os1-64" --scene tunnel --sensor os1-64 --columns 512 --seed "$seed"
     drive "$seed-town-noise" --scene town --sensor vlp-16 --attitude-noise 0.5 --seed "$seed"
     drive "$seed-campus-sway" --scene campus --sensor vlp-16 --sway 3@1 --seed "$seed"
-    drive "$seed-town-distorted" --scene town --sensor os1-64 --columns 512 --distortion \
-      --seed "$seed"
     drive "$seed-campus-tilted" --scene campus --sensor livox-mid-360 --mount-pitch 20 \
       --mount-roll 5 --seed "$seed"
     drive "$seed-street-bad" --scene street --sensor vlp-16 --drift bad --seed "$seed"
+    [ "$mode" = live ] && continue
+    drive "$seed-town-os2-128" --scene town --sensor os2-128 --columns 512 --seed "$seed"
+    drive "$seed-convoy-hdl-64e" --scene convoy --sensor hdl-64e --columns 512 --seed "$seed"
+    drive "$seed-town-aeva" --scene town --sensor aeva-aeries2 --seed "$seed"
+    drive "$seed-tunnel-os1-64" --scene tunnel --sensor os1-64 --columns 512 --seed "$seed"
+    drive "$seed-town-distorted" --scene town --sensor os1-64 --columns 512 --distortion \
+      --seed "$seed"
   done
 }
 

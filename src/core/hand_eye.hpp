@@ -29,7 +29,7 @@ struct HandEyeMotion {
 class HandEye {
  public:
   /// Most motions of a step.
-  static constexpr std::size_t kMostMotions = 40;
+  static constexpr std::size_t kMostMotions = 48;
   static constexpr double kLater_s = 0.01;
   static constexpr int kParameters = 8;
   /// roll, pitch, yaw (rad), x, y, z (m), delay (s), scale - 1.

@@ -10,6 +10,8 @@
 namespace unimapper::input {
 namespace {
 
+constexpr std::size_t kCalibrationPairs = 40;
+static_assert(kCalibrationPairs <= HandEye::kMostMotions);
 constexpr std::size_t kShapePoints = 2'000;
 constexpr double kStands_m = 0.3;
 constexpr double kStands_deg = 2.0;
@@ -28,7 +30,7 @@ class PairChoice {
     if (track_.size < 2 * margin + 4) return pairs;
     const std::size_t begin = margin;
     const std::size_t size = track_.size - 2 * margin - 1;
-    const std::size_t parts = std::min(HandEye::kMostMotions / 2, size / 2);
+    const std::size_t parts = std::min(kCalibrationPairs / 2, size / 2);
     for (std::size_t s = 0; s < parts; s += every) {
       const std::size_t from = begin + s * size / parts;
       const std::size_t to = begin + (s + 1) * size / parts;

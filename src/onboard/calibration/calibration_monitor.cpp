@@ -49,8 +49,8 @@ void CalibrationMonitor::allocate(Arena& arena, const PipelineConfig& config) no
   chosen_ = arena.allocate<Eigen::Vector3f>(kChosen);
   lively_.pairs = arena.allocate<MotionPair>(kPairs);
   steady_.pairs = arena.allocate<MotionPair>(kPairs);
-  motions_ = arena.allocate<HandEyeMotion>(HandEye::kMostMotions);
-  magnitudes_ = arena.allocate<double>(2 * HandEye::kMostMotions);
+  motions_ = arena.allocate<HandEyeMotion>(2 * std::size_t{kPairs});
+  magnitudes_ = arena.allocate<double>(4 * std::size_t{kPairs});
 }
 
 void CalibrationMonitor::forget() noexcept {
