@@ -52,8 +52,8 @@ class CalibrationMonitor {
  private:
   static constexpr std::uint32_t kFirstPoints = 6144;
   static constexpr std::uint32_t kSecondPoints = 3072;
-  static constexpr std::uint32_t kChosen = 384;                       ///< of those
-  static constexpr std::uint32_t kPairs = 20;  ///< of a ring
+  static constexpr std::uint32_t kChosen = 384;  ///< of those
+  static constexpr std::uint32_t kPairs = 20;    ///< of a ring
 
   enum class Task : std::uint8_t { kNone, kTry, kEvaluate };
 
