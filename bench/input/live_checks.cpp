@@ -1,4 +1,4 @@
-// What the pipeline would say of mount, clock and scale while it runs through a recording
+// Sayings of the calibration monitor while it runs through a recording
 //
 // live_checks RECORDING: a line for each part that is said, "PART SECONDS VALUE SIGMA", in the
 // order of time; "motion SECONDS MISTAKE RATIO" for poses that neither mount nor delay explains.

@@ -18,7 +18,7 @@ using Twist = Eigen::Matrix<double, 6, 1>;
 struct HandEyeMotion {
   Pose registered;   ///< of the LiDAR, T_first_second
   Pose given;        ///< of the frame whose poses are given, at the stamps plus the delay
-  Pose given_later;  ///< the same, `HandEye::kLater_s` later
+  Pose given_later;  ///< motion of that frame `HandEye::kLater_s` after it
 };
 
 /// Robust least squares (Gauss-Newton, Cauchy weights) of mount, delay and a scale of the
