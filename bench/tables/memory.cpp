@@ -2,10 +2,16 @@
 //
 // Megabytes are 10^6 bytes, rounded up: what is asked for is there.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <vector>
 
+#include "src/onboard/keyframe/keyframe_builder.hpp"
+#include "src/onboard/keyframe/keyframe_finisher.hpp"
+#include "src/onboard/removal/dynamic_removal.hpp"
+#include "src/onboard/removal/evidence_window.hpp"
 #include "unimapper/onboard/pipeline.hpp"
 
 namespace {
@@ -83,18 +89,76 @@ void print_parameters() {
       less.keyframe.max_points_per_scan, less, "only if the sensor never sends as many");
 }
 
+template <typename Allocate>
+std::size_t bytes_of(const Allocate& allocate) {
+  Arena arena = Arena::measuring();
+  allocate(arena);
+  return arena.used();
+}
+
+struct MemoryPart {
+  const char* name;
+  std::size_t bytes;
+};
+
+std::vector<MemoryPart> parts_of(const PipelineConfig& config) {
+  PlaceDatabase places;
+  onboard::EvidenceWindow window;
+  onboard::FinalLabels labels;
+  onboard::KeyframeBuilder builder(config);
+  onboard::DynamicRemoval removal(config);
+  onboard::KeyframeFinisher finisher(config);
+  std::vector<MemoryPart> parts{
+      {"places: planes, keypoints, triangles", bytes_of([&](Arena& arena) {
+         places.allocate_kept(arena, config.loop_search, config.place_shape());
+       })},
+      {"window: blocks, range images",
+       bytes_of([&](Arena& arena) { window.allocate(arena, config); })},
+      {"table of the cells; later description and search",
+       std::max(bytes_of([&](Arena& arena) { removal.allocate_table(arena); }),
+                bytes_of([&](Arena& arena) { finisher.allocate_scratch(arena); }))},
+      {"undecided cells, for final labels",
+       bytes_of([&](Arena& arena) { labels.allocate(arena, config); })},
+      {"points of the open keyframe, codes",
+       bytes_of([&](Arena& arena) { builder.allocate(arena, config); })},
+      {"log-odds", bytes_of([&](Arena& arena) { removal.allocate(arena); })}};
+  std::size_t rest = Pipeline::required_bytes(config);
+  for (const MemoryPart& part : parts) rest -= part.bytes;
+  parts.insert(parts.begin() + 2, {"sums of cells; later voxels, components, labels", rest});
+  return parts;
+}
+
+/// What takes the memory of the default configuration.
+void print_parts() {
+  const std::vector<MemoryPart> os2 = parts_of(preset(SensorKind::kOs2_128));
+  const std::vector<MemoryPart> hdl = parts_of(preset(SensorKind::kHdl64e));
+  const std::vector<MemoryPart> vlp = parts_of(preset(SensorKind::kVlp16));
+  std::printf("| MB of `default` | OS2-128 | HDL-64E | VLP-16 |\n|---|---|---|---|\n");
+  for (std::size_t i = 0; i < os2.size(); ++i) {
+    const auto megabytes_in = [&](const std::vector<MemoryPart>& parts) {
+      return static_cast<double>(parts[i].bytes) / 1e6;
+    };
+    std::printf("| %s | %.1f | %.1f | %.1f |\n", os2[i].name, megabytes_in(os2), megabytes_in(hdl),
+                megabytes_in(vlp));
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{"Memory of the prepared configurations, as a Markdown table."};
   std::string table;
-  app.add_option("TABLE", table,
-                 "presets: by computer and LiDAR; parameters: what halving one saves")
+  app.add_option(
+         "TABLE", table,
+         "presets: by computer and LiDAR; parts: what takes it; parameters: what halving one "
+         "saves")
       ->required()
-      ->check(CLI::IsMember({"presets", "parameters"}));
+      ->check(CLI::IsMember({"presets", "parts", "parameters"}));
   CLI11_PARSE(app, argc, argv);
   if (table == "presets") {
     print_presets();
+  } else if (table == "parts") {
+    print_parts();
   } else {
     print_parameters();
   }

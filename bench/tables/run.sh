@@ -9,6 +9,7 @@ export WRITE_DOCS=1  # LAYOUT=1 only prints
 bin=${BIN:-build/release/bin}
 
 "$bin/memory_table" presets | bench/tables/table.sh memory-presets
+"$bin/memory_table" parts | bench/tables/table.sh memory-parts
 "$bin/memory_table" parameters | bench/tables/table.sh memory-parameters
 for table in removal places times workers; do  # summaries of docs/results.md
   awk -v table="$table" -f bench/tables/summary.awk docs/results.md |
