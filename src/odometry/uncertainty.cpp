@@ -11,8 +11,8 @@ namespace {
 
 /// What is not known of a velocity along a weak axis, and how it changes.
 struct VelocityNoise {
-  double unknown;       ///< deviation where no velocity was seen, per s
-  double known;         ///< deviation of one that was seen, per s
+  double unknown;       ///< deviation where no velocity is sure, per s
+  double known;         ///< deviation of one that is, per s
   double acceleration;  ///< deviation, per s²
 };
 constexpr VelocityNoise kTranslation{20.0, 0.1, 1.0};  // m
@@ -36,9 +36,13 @@ Matrix6d covariance_of(const NormalEquations& equations) noexcept {
 
 double WeakMotion::variance_after(double seconds, bool is_rotation) const noexcept {
   const VelocityNoise& noise = is_rotation ? kRotation : kTranslation;
-  const double velocity = is_velocity_known_ ? noise.known : noise.unknown;
+  const double velocity = is_velocity_sure_ ? noise.known : noise.unknown;
   const double deviation = seconds * (velocity + 0.5 * noise.acceleration * seconds);
   return deviation * deviation;
+}
+
+double WeakMotion::variance_of(double open_s, double seconds, bool is_rotation) const noexcept {
+  return variance_after(open_s, is_rotation) - variance_after(open_s - seconds, is_rotation);
 }
 
 Matrix6d WeakMotion::add(const Registered& found, double seconds, double ahead_s,
@@ -48,21 +52,23 @@ Matrix6d WeakMotion::add(const Registered& found, double seconds, double ahead_s
   constexpr double kStillWeak = 0.006;
   constexpr double kSure = 0.01;
   determination_ = found.determination;
-  bool is_any_weak[2] = {};
-  for (int i = 0; i < 6; ++i) {
-    const double least = weak_s_[i / 3] > 0.0 ? kStillWeak : kWeak;
-    is_weak_[i] = !(determination_.share(i) > least);
-    is_any_weak[i / 3] = is_any_weak[i / 3] || is_weak_[i];
-  }
-  if (determination_.share.minCoeff() > kSure) is_velocity_known_ = true;
+  sure_scans_ = determination_.share.minCoeff() > kSure ? sure_scans_ + 1 : 0;
+  is_velocity_known_ = is_velocity_known_ || sure_scans_ > 0;
+  is_velocity_sure_ = is_velocity_sure_ || sure_scans_ >= kTellVelocity;
   Matrix6d covariance = covariance_of(found.equations);
   for (int kind = 0; kind < 2; ++kind) {
-    const double before_s = weak_s_[kind];
-    weak_s_[kind] = is_any_weak[kind] ? before_s + seconds : 0.0;
-    if (!is_any_weak[kind]) continue;
-    // What a sum over all these motions is to be, less what it was before.
-    const double variance =
-        variance_after(weak_s_[kind], kind == 1) - variance_after(before_s, kind == 1);
+    OpenMotion& open = open_[kind];
+    const double least = open.seconds > 0.0 ? kStillWeak : kWeak;
+    bool is_any_weak = false;
+    for (int i = 3 * kind; i < 3 * kind + 3; ++i) {
+      is_weak_[i] = !(determination_.share(i) > least);
+      is_any_weak = is_any_weak || is_weak_[i];
+    }
+    if (!is_any_weak) {
+      open.end_by_scan();
+      continue;
+    }
+    const double variance = variance_of(open.go_on(seconds), seconds, kind == 1);
     for (int i = 3 * kind; i < 3 * kind + 3; ++i) {
       if (!is_weak_[i]) continue;
       const Eigen::Vector3d axis = determination_.axes.col(i);
@@ -79,11 +85,13 @@ Matrix6d WeakMotion::add(const Registered& found, double seconds, double ahead_s
 
 Matrix6d WeakMotion::lose(double seconds) noexcept {
   is_velocity_known_ = false;
-  weak_s_[0] = 0.0;
-  weak_s_[1] = 0.0;
+  is_velocity_sure_ = false;
+  sure_scans_ = 0;
   Matrix6d covariance = Matrix6d::Identity();
-  covariance.topLeftCorner<3, 3>() *= variance_after(seconds, false);
-  covariance.bottomRightCorner<3, 3>() *= variance_after(seconds, true);
+  for (int kind = 0; kind < 2; ++kind) {
+    covariance.block<3, 3>(3 * kind, 3 * kind) *=
+        variance_of(open_[kind].go_on(seconds), seconds, kind == 1);
+  }
   return covariance;
 }
 

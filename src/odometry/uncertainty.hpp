@@ -29,13 +29,34 @@ class WeakMotion {
 
  private:
   static constexpr double kWeak = 0.002;
+  /// Scans in a row that determine an axis before its velocity is sure: another vehicle, or a few
+  /// fittings, do so for one or two.
+  static constexpr std::uint32_t kTellVelocity = 3;
+
+  /// The time since scans last told the velocity along all axes of a kind.
+  struct OpenMotion {
+    double seconds = 0.0;
+    std::uint32_t determined_scans = 0;  ///< in a row
+
+    double go_on(double more_s) noexcept {
+      determined_scans = 0;
+      return seconds += more_s;
+    }
+    void end_by_scan() noexcept {
+      if (++determined_scans >= kTellVelocity) seconds = 0.0;
+    }
+  };
 
   [[nodiscard]] double variance_after(double seconds, bool is_rotation) const noexcept;
+  /// What a sum over all motions of `open_s` is to be, less what it was `seconds` before.
+  [[nodiscard]] double variance_of(double open_s, double seconds, bool is_rotation) const noexcept;
 
   Determination determination_;
   bool is_weak_[6] = {};
-  double weak_s_[2] = {};  // for how long axes of translation and of rotation have been weak
+  OpenMotion open_[2];            // of translation, of rotation
+  std::uint32_t sure_scans_ = 0;  // in a row
   bool is_velocity_known_ = false;
+  bool is_velocity_sure_ = false;  // told by enough scans
 };
 
 /// Which axes are weak, in words; empty if none is.

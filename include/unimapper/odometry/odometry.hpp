@@ -40,7 +40,7 @@ struct [[nodiscard]] OdometryResult {
   Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();  ///< in the sensor's frame
   /// Of the motion since the scan before: translation along the odometry frame's axes (m²), then
   /// the rotation vector in the sensor's frame (rad²). Wide along weak axes, and where lost. Sums
-  /// over scans are those of longer motions; while the odometry is lost they are too small.
+  /// over scans are those of longer motions.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   WeakAxes weak;                                  ///< of this scan
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< by the accelerometer, in the odometry frame
