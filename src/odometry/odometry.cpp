@@ -121,6 +121,7 @@ struct LidarOdometry::State {
   Pose T_odometry_middle;     // its pose then
   Velocity velocity;          // on the way there
   Velocity steady;            // mean of those before
+  double steady_s = 0.0;      // over so long a time
   WeakMotion weak_motion;
   double squared_deviations_m2 = 0.0;
   std::uint32_t deviations = 0;
@@ -317,10 +318,11 @@ OdometryResult LidarOdometry::State::levelled(const OdometryResult& in_map) cons
 }
 
 /// The velocity between two scans has the noise of both. Along a weak axis it would go on for ever:
-/// that of the last half second does.
+/// the mean of the last two seconds does.
 void LidarOdometry::State::learn_velocity(const Velocity& v, double seconds) noexcept {
-  constexpr double kMemory_s = 0.4;
-  const double share = weak_motion.is_velocity_known() ? seconds / (seconds + kMemory_s) : 1.0;
+  constexpr double kMemory_s = 2.0;
+  const double share = seconds / (steady_s + seconds);
+  steady_s = std::min(steady_s + seconds, kMemory_s);
   velocity = v;
   steady.linear_m_s += share * (v.linear_m_s - steady.linear_m_s);
   steady.angular_rad_s += share * (v.angular_rad_s - steady.angular_rad_s);
@@ -566,6 +568,7 @@ OdometryResult LidarOdometry::State::lose(const Pose& predicted, double seconds)
   velocity.linear_m_s *= kSlowDown;
   velocity.angular_rad_s *= kSlowDown;
   steady = velocity;
+  steady_s = 0.0;
   T_odometry_middle = predicted;
   result.T_odometry_sensor = predicted * moved(velocity, -middle_s);
   result.velocity_m_s = velocity.linear_m_s;
