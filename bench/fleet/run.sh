@@ -3,7 +3,6 @@
 #
 #   bench/fleet/run.sh [ROBOTS [SITES [KEYFRAMES [SECONDS [SEED]]]]]   20 3 30 30 1: a minute
 #   bench/fleet/run.sh cluster [SECONDS [KILL [CUT [SEED]]]]           60 15 15 1: two minutes
-#   bench/fleet/run.sh merge [KILLS [SEED]]                            10 1: two minutes
 #   bench/fleet/run.sh load [SECONDS [ROBOTS...]]                      15 20 40: two minutes
 #   bench/fleet/run.sh year                                            a minute
 #
@@ -11,12 +10,11 @@
 # base at each site, NATS servers, a base at the centre. About every second one of the bases or the
 # server is killed (-9) and started again, as the seed says. `cluster`: three servers, one of which is
 # killed every KILL seconds; one site reaches them by a leaf node, whose link is cut for CUT seconds.
-# `merge`: a merge with two workers, and kills of all three. `load`: nobody is killed, and each of
-# ROBOTS, at ten sites, sends a keyframe of a town a second. `year`: keyframes of simulated drives
-# through a town, and what 20 robots make of them in 250 days of eight hours; a terabyte for 20 €,
-# twice. Ends with 77 where making a namespace is
-# not allowed, with 1 if a keyframe was lost or came twice, or a map differs. BIN, OUT: folders of
-# programs and of output; LAYOUT=1 prints the table without figures.
+# `load`: nobody is killed, and each of ROBOTS, at ten sites, sends a keyframe of a town a second.
+# `year`: keyframes of simulated drives through a town, and what 20 robots make of them in 250 days of
+# eight hours; a terabyte for 20 €, twice. Ends with 77 where making a namespace is not allowed, with 1
+# if a keyframe was lost or came twice. BIN, OUT: folders of programs and of output; LAYOUT=1 prints
+# the table without figures.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh
@@ -41,18 +39,6 @@ cluster_rows() {
   row "${1:-60}, ${2:-15}; ${3:-15}" 8 bench/fleet/drive.py "$bin" "$out/cluster" --robots 9 --sites 3 \
     --keyframes "$((${1:-60} / 2))" --seconds "${1:-60}" --servers 3 --server-kill-s "${2:-15}" \
     --cut-s "${3:-15}" --seed "${4:-1}"
-}
-
-merge_rows() {
-  local route
-  echo "| workers | kills | of these of the merge | the same map |"
-  rule 4
-  if ! only_layout; then
-    for route in A B C; do
-      make_run "town_7_150_$route" --scene town --sensor vlp-16 --route "$route" --scans 150 --seed 7
-    done
-  fi
-  row 2 3 bench/fleet/merge_kills.py "$bin" "$out/merge" "$out/runs/town_7_150" 2 "${1:-10}" "${2:-1}"
 }
 
 load_rows() {
@@ -82,6 +68,6 @@ year_rows() {
 }
 
 case "${1:-}" in
-  cluster | merge | load | year) table "fleet-$1" "$1_rows" "${@:2}" ;;
+  cluster | load | year) table "fleet-$1" "$1_rows" "${@:2}" ;;
   *) table fleet kill_rows "$@" ;;
 esac
