@@ -115,7 +115,7 @@ std::uint64_t waiting_in(const TestServer& server) {
 
 template <typename Condition>
 void wait_until(const Condition& is_enough) {
-  for (int i = 0; i < 1000 && !is_enough(); ++i) {
+  for (int i = 0; i < 4000 && !is_enough(); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   REQUIRE(is_enough());
@@ -173,7 +173,7 @@ TEST_CASE("a server that is killed between site and centre loses nothing") {
   centre.run_until_stored(1);
   server.kill();
   site.drive(kBeta, 8);
-  wait_until([&] { return site.sayings.count("the uplink waits") == 1; });
+  wait_until([&] { return site.sayings.count("the uplink waits") >= 1; });
   server.start();
   centre.run_until_stored(16);
   check_same(site, centre);
@@ -194,7 +194,7 @@ TEST_CASE("a site and a centre that end anywhere go on where they were") {
     never.batch_interval_ns = std::numeric_limits<std::int64_t>::max();
     Centre ended(server, {}, never);
     ended.run_until([&] { return ended.counters().messages >= 20; });
-    CHECK(ended.counters().stored == 0);  // nothing was committed
+    CHECK(stored_bytes(ended.folder()).empty());  // nothing was committed
   }
   Centre centre(server);
   centre.run_until_stored(23);
