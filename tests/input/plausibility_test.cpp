@@ -166,7 +166,7 @@ TEST_CASE("poses that were interpolated between few are told by their straight s
   CHECK_THAT(found.message, Contains("poses are 0.50 s apart") && Contains("yaw by 2 degrees"));
 }
 
-TEST_CASE("a LiDAR that is turned by any angle is refused with that angle", "[slow]") {
+TEST_CASE("a LiDAR that is turned by any angle is refused with that angle") {
   const Pose turned(
       Eigen::AngleAxisd(40.0 / kDegreesPerRadian, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
       Eigen::Vector3d::Zero());

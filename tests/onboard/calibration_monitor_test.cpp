@@ -184,7 +184,7 @@ TEST_CASE("inverted poses and those of a camera are said as such") {
   CHECK(camera.monitor->mistake() == KnownMistake::kCameraAxes);
 }
 
-TEST_CASE("a pipeline tells it as an event, at once and in slices alike", "[slow]") {
+TEST_CASE("a pipeline tells it as an event, at once and in slices alike") {
   const Given given = without(turned(3.0, Eigen::Vector3d::UnitZ()));
   std::vector<EventRecord> told[2];
   for (const bool deferred : {false, true}) {
