@@ -5,6 +5,7 @@
 #   bench/fleet/run.sh cluster [SECONDS [KILL [CUT [SEED]]]]           60 15 15 1: two minutes
 #   bench/fleet/run.sh load [SECONDS [ROBOTS...]]                      15 20 40: two minutes
 #   bench/fleet/run.sh year                                            a minute
+#   bench/fleet/run.sh schedule [SCANS [SEED]]                         400 7: six minutes
 #
 # Real processes on multicast and TCP in a network namespace of their own: robots without a LiDAR, a
 # base at each site, NATS servers, a base at the centre. About every second one of the bases or the
@@ -12,9 +13,10 @@
 # killed every KILL seconds; one site reaches them by a leaf node, whose link is cut for CUT seconds.
 # `load`: nobody is killed, and each of ROBOTS, at ten sites, sends a keyframe of a town a second.
 # `year`: keyframes of simulated drives through a town, and what 20 robots make of them in 250 days of
-# eight hours; a terabyte for 20 €, twice. Ends with 77 where making a namespace is not allowed, with 1
-# if a keyframe was lost or came twice. BIN, OUT: folders of programs and of output; LAYOUT=1 prints
-# the table without figures.
+# eight hours; a terabyte for 20 €, twice. `schedule`: loops of eight town sessions on other numbers of
+# workers, by a model with measured times (schedule.cpp). Ends with 77 where making a namespace is not
+# allowed, with 1 if a keyframe was lost or came twice. BIN, OUT: folders of programs and of output;
+# LAYOUT=1 prints the table without figures.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=bench/tables/common.sh
@@ -67,7 +69,27 @@ year_rows() {
   done
 }
 
+schedule_rows() {
+  local i route routes=(A B C A B C A B) logs=()
+  if ! only_layout; then
+    for i in "${!routes[@]}"; do
+      route=${routes[i]}
+      make_run "eight_${2:-7}_${1:-400}_$i" --scene town --sensor vlp-16 --route "$route" --day "$i" \
+        --scans "${1:-400}" --seed "${2:-7}"
+      logs+=("$out/runs/eight_${2:-7}_${1:-400}_$i/keyframes.lcmlog")
+    done
+    "$bin/fleet_schedule" "${logs[@]}" >"$out/schedule.txt"
+    head -1 "$out/schedule.txt" >&2
+  fi
+  echo "| workers | s | speed-up | clouds that they build | busy, % | s without the link's limit | s if keyframes and clouds cost nothing |"
+  rule 7
+  for i in 1 2 4 16 64; do
+    row "$i" 6 awk -v workers="$i" '$1 == workers { printf "%s | %s | %s | %s | %s | %s", $2, $3, $4, $5, $6, $7 }' \
+      "$out/schedule.txt"
+  done
+}
+
 case "${1:-}" in
-  cluster | load | year) table "fleet-$1" "$1_rows" "${@:2}" ;;
+  cluster | load | year | schedule) table "fleet-$1" "$1_rows" "${@:2}" ;;
   *) table fleet kill_rows "$@" ;;
 esac

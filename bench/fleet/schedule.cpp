@@ -1,0 +1,254 @@
+// List scheduling of the loop verification of one merge, with measured times
+//
+//   fleet_schedule LOG...   keyframe logs of the sessions
+//
+// Merges them; every job is done once by one worker of one thread, and timed: reading a keyframe by
+// the clock, a loop and a cloud by least squares over the jobs. Then the same jobs, in their order,
+// are taken by 1 to 64 workers that share a link to the server. Prints a line for each number:
+// "workers s speedup clouds busy_percent s_without_link s_without_clouds". What the merge does
+// itself is in none of them.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <limits>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "ports/lcm/received_log.hpp"
+#include "src/merge/jobs/loop_worker.hpp"
+#include "unimapper/merge/keyframe_level.hpp"
+#include "unimapper/merge/merger.hpp"
+#include "unimapper/wire/keyframe_codec.hpp"
+
+using namespace unimapper;
+using namespace unimapper::merge;
+
+namespace {
+
+constexpr double kLinkBytesPerS = 1e9 / 8.0;
+// From the board to the worker and back, as measured on loopback and on one switch.
+constexpr double kJobS = 0.003;
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+struct Job {
+  std::set<KeyframeId> read;    ///< keyframes that it needs
+  std::set<KeyframeId> clouds;  ///< of them, those of its questions
+  std::size_t loops = 0;
+};
+
+/// Seconds of the parts of jobs.
+struct Costs {
+  double keyframe = 0.0;
+  double cloud = 0.0;
+  double loop = 0.0;
+};
+
+/// Outcomes by a worker in this process, whose jobs are kept with their times.
+class TimedWorker final : public LoopOutcomes {
+ public:
+  TimedWorker(const std::vector<SessionData>& sessions, const MergeConfig& config)
+      : sessions_(sessions),
+        config_(config),
+        worker_([this](const std::string& name) { return read(name); }, 1ULL << 32U, 1) {}
+
+  std::optional<LoopConstraint> find(const LoopQuestion& /*question*/) override { return {}; }
+  std::optional<PlacementEvidence> find(const PlacementQuestion& /*question*/) override {
+    return {};
+  }
+  void keep(std::span<const Entry> /*entries*/) override {}
+  void keep(const PlacementQuestion& /*question*/, const PlacementEvidence& /*evidence*/) override {
+  }
+
+  std::vector<LoopConstraint> verify(std::span<const LoopQuestion> questions,
+                                     const CorrectionLimit& limit,
+                                     const VerifyHere& verify_here) override {
+    LoopJob common;
+    common.merge = "one";
+    common.config = config_;
+    common.limit = limit;
+    std::vector<LoopConstraint> outcomes(questions.size());
+    std::vector<bool> done(questions.size());
+    calls_.emplace_back();
+    for (PlacedJob& placed :
+         make_jobs(sessions_, questions, common, [this](KeyframeId k) { return publish(k); })) {
+      const std::vector<LoopConstraint> answered = timed(placed.job);
+      for (std::size_t i = 0; i < answered.size(); ++i) {
+        outcomes[placed.positions[i]] = answered[i];
+        done[placed.positions[i]] = true;
+      }
+    }
+    for (std::size_t i = 0; i < questions.size(); ++i) {
+      if (!done[i]) outcomes[i] = verify_here(std::span(&i, 1)).front();
+    }
+    return outcomes;
+  }
+
+  /// Jobs of each call; all of a call are answered before the next one.
+  [[nodiscard]] const std::vector<std::vector<Job>>& calls() const { return calls_; }
+  [[nodiscard]] std::uint64_t bytes(KeyframeId k) const { return encoded_.at(name(k)).size(); }
+
+  [[nodiscard]] Costs costs() const {
+    Eigen::MatrixX2d counts(static_cast<Eigen::Index>(times_s_.size()), 2);
+    Eigen::VectorXd times(counts.rows());
+    std::set<KeyframeId> known;
+    Eigen::Index row = 0;
+    for (const std::vector<Job>& jobs : calls_) {
+      for (const Job& job : jobs) {
+        std::size_t clouds = 0;
+        for (const KeyframeId k : job.clouds) clouds += known.insert(k).second ? 1 : 0;
+        counts.row(row) << static_cast<double>(job.loops), static_cast<double>(clouds);
+        times[row] = times_s_[static_cast<std::size_t>(row)];
+        ++row;
+      }
+    }
+    const Eigen::Vector2d parts = counts.colPivHouseholderQr().solve(times);
+    return {read_s_ / static_cast<double>(reads_), parts[1], parts[0]};
+  }
+
+ private:
+  static std::string name(KeyframeId k) {
+    return std::to_string(k.session) + ":" + std::to_string(k.keyframe);
+  }
+  std::string publish(KeyframeId k) {
+    std::vector<std::uint8_t>& bytes = encoded_[name(k)];
+    if (bytes.empty()) bytes = wire::encode_keyframe(sessions_[k.session].keyframes[k.keyframe]);
+    return name(k);
+  }
+  KeyframeRecord read(const std::string& name) {
+    const Clock::time_point start = Clock::now();
+    KeyframeRecord record = std::move(*wire::decode_keyframe(encoded_.at(name)).record);
+    const double s = seconds_since(start);
+    read_s_ += s;
+    read_of_job_s_ += s;
+    ++reads_;
+    return record;
+  }
+  std::vector<LoopConstraint> timed(const LoopJob& job) {
+    Job kept;
+    for (const JobKeyframe& keyframe : job.keyframes) kept.read.insert(keyframe.id);
+    for (const LoopQuestion& question : job.questions)
+      kept.clouds.insert({question.query, question.match});
+    kept.loops = job.questions.size();
+    calls_.back().push_back(std::move(kept));
+    read_of_job_s_ = 0.0;
+    const Clock::time_point start = Clock::now();
+    std::vector<LoopConstraint> answered = worker_.answer(job);
+    times_s_.push_back(seconds_since(start) - read_of_job_s_);
+    return answered;
+  }
+
+  const std::vector<SessionData>& sessions_;
+  MergeConfig config_;
+  LoopWorker worker_;
+  std::map<std::string, std::vector<std::uint8_t>> encoded_;
+  std::vector<std::vector<Job>> calls_;
+  std::vector<double> times_s_;  ///< of all jobs, without reading
+  double read_s_ = 0.0;
+  double read_of_job_s_ = 0.0;
+  std::size_t reads_ = 0;
+};
+
+struct Schedule {
+  double end_s = 0.0;
+  double busy_s = 0.0;  ///< of all workers
+  std::size_t clouds = 0;
+};
+
+/// The first worker that is free takes the next job.
+Schedule scheduled(const TimedWorker& merge, std::size_t workers, const Costs& costs,
+                   double link_bytes_per_s) {
+  struct Worker {
+    double free_s = 0.0;
+    std::set<KeyframeId> read, clouds;
+  };
+  std::vector<Worker> all(workers);
+  Schedule schedule;
+  double link_free_s = 0.0;
+  for (const std::vector<Job>& jobs : merge.calls()) {
+    for (Worker& worker : all) worker.free_s = schedule.end_s;
+    for (const Job& job : jobs) {
+      Worker& worker =
+          *std::min_element(all.begin(), all.end(),
+                            [](const Worker& a, const Worker& b) { return a.free_s < b.free_s; });
+      double work_s = costs.loop * static_cast<double>(job.loops);
+      double bytes = 0.0;
+      for (const KeyframeId k : job.read) {
+        if (!worker.read.insert(k).second) continue;
+        work_s += costs.keyframe;
+        bytes += static_cast<double>(merge.bytes(k));
+      }
+      for (const KeyframeId k : job.clouds) {
+        if (!worker.clouds.insert(k).second) continue;
+        work_s += costs.cloud;
+        ++schedule.clouds;
+      }
+      link_free_s = std::max(link_free_s, worker.free_s) + bytes / link_bytes_per_s;
+      worker.free_s = std::max(worker.free_s, link_free_s) + work_s + kJobS;
+      schedule.busy_s += work_s;
+    }
+    for (const Worker& worker : all) schedule.end_s = std::max(schedule.end_s, worker.free_s);
+  }
+  return schedule;
+}
+
+void print(const TimedWorker& merge) {
+  const Costs costs = merge.costs();
+  std::size_t jobs = 0;
+  std::size_t loops = 0;
+  for (const auto& call : merge.calls()) {
+    jobs += call.size();
+    for (const Job& job : call) loops += job.loops;
+  }
+  std::printf("%zu loops, %zu jobs, %zu rounds; ms a keyframe %.1f, a cloud %.1f, a loop %.1f\n",
+              loops, jobs, merge.calls().size(), 1e3 * costs.keyframe, 1e3 * costs.cloud,
+              1e3 * costs.loop);
+  constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+  const double alone_s = scheduled(merge, 1, costs, kLinkBytesPerS).end_s;
+  for (const std::size_t workers : {1, 2, 4, 16, 64}) {
+    const Schedule schedule = scheduled(merge, workers, costs, kLinkBytesPerS);
+    const double no_link_s = scheduled(merge, workers, costs, kNoLimit).end_s;
+    const double no_clouds_s =
+        scheduled(merge, workers, {0.0, 0.0, costs.loop}, kLinkBytesPerS).end_s;
+    std::printf("%zu %.2f %.1f %zu %.0f %.2f %.2f\n", workers, schedule.end_s,
+                alone_s / schedule.end_s, schedule.clouds,
+                100.0 * schedule.busy_s / (static_cast<double>(workers) * schedule.end_s),
+                no_link_s, no_clouds_s);
+  }
+}
+
+std::vector<SessionData> read_sessions(int count, char** logs) {
+  std::vector<SessionData> sessions;
+  for (int i = 0; i < count; ++i) {
+    for (SessionData& session : lcm_port::read_event_log(logs[i]).sessions) {
+      (void)level_keyframes(session);
+      sessions.push_back(std::move(session));
+    }
+  }
+  return sessions;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    if (argc < 2) throw std::invalid_argument("usage: fleet_schedule LOG...");
+    const std::vector<SessionData> sessions = read_sessions(argc - 1, argv + 1);
+    MergeConfig config;
+    config.threads = 1;
+    TimedWorker outcomes(sessions, config);
+    (void)merge_poses(sessions, config, {}, {}, &outcomes);
+    print(outcomes);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "fleet_schedule: %s\n", error.what());
+    return 1;
+  }
+}
