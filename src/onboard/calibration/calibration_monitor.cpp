@@ -206,6 +206,8 @@ bool CalibrationMonitor::end_try() noexcept {
 
 bool CalibrationMonitor::keep_pair() noexcept {
   constexpr float kLeast = 2.0F;
+  // Of the points; noise of normals alone says as much as 0.004 of them in a bare tunnel.
+  constexpr float kLeastOfPoints = 0.005F;
   constexpr float kLeastShare = 0.4F;
   constexpr float kUnmoved = 0.05F;
   constexpr float kAgreesWell = 0.85F;
@@ -219,7 +221,8 @@ bool CalibrationMonitor::keep_pair() noexcept {
   // Poses that no scan confirms say nothing of how far apart scans are.
   const bool is_confirmed = is_small(pair_.given().inverse() * best_);
   most_scans_ = agrees ? (is_confirmed ? kMostScans : 2 * kFewScans) : kFewScans;
-  if (!agrees || best_fit_.least < kLeast) return false;
+  const float least = std::max(kLeast, kLeastOfPoints * static_cast<float>(best_fit_.points));
+  if (!agrees || best_fit_.least < least) return false;
   const Twist moved = twist_of(best_);
   speed_ = moved / pair_.seconds();
   const bool stands = is_small(best_);
