@@ -71,7 +71,8 @@ Json describe(const InspectOptions& options, const datasets::Dataset& dataset,
                      {"within_99_percent", rounded(found.ranges.largest_m)},
                      {"farthest", rounded(s.farthest_m)}};
   json["invalid_points"] = rounded(found.ranges.not_finite + found.ranges.at_origin);
-  json["up"] = {{"path_below_m", found.driven.below}, {"path_above_m", found.driven.above}};
+  json["up"] = {{"path_below_m", found.driven.below.level},
+                {"path_above_m", found.driven.above.level}};
   const auto& m = found.motion;
   json["motion"] = {{"rate_hz", m.interval_s > 0.0 ? rounded(1.0 / m.interval_s) : 0.0},
                     {"duration_s", rounded(m.duration_s)},

@@ -14,6 +14,9 @@ namespace unimapper::input {
 namespace {
 
 constexpr std::size_t kSectors = 12;
+constexpr const char* kRemedy =
+    "give --extrinsic 0,0,0,180,0,0 if the poses are of an upright body, or --extrinsic auto if "
+    "they are of the LiDAR itself; or negate z if an export mirrored the points";
 
 /// The narrowest band of azimuths that holds 98 % of `azimuths_deg`, which it sorts.
 void find_band(std::vector<float>& azimuths_deg, DirectionFigures& figures) {
@@ -32,6 +35,65 @@ void find_band(std::vector<float>& azimuths_deg, DirectionFigures& figures) {
   }
   figures.width_deg = narrowest;
 }
+
+/// A metre of the path, and what lies on both sides of it.
+struct Metre {
+  Eigen::Vector3d centre;
+  bool shows_both;  ///< the ground below would be in sight
+  std::vector<double> below_m;
+  std::vector<double> above_m;
+
+  /// Adds a point, seen from the path.
+  void add(const Eigen::Vector3d& point) {
+    constexpr double kAside_m2 = 0.25;
+    constexpr double kOn_m = 0.08;  // of a sensor to what it is driven on
+    constexpr double kFarthest_m = 8.0;
+    const double height_m = std::fabs(point.z());
+    if (!(point.head<2>().squaredNorm() < kAside_m2)) return;
+    if (height_m < kOn_m || height_m > kFarthest_m) return;
+    (point.z() < 0.0 ? below_m : above_m).push_back(height_m);
+  }
+};
+
+/// Collects what lies on one side of the path.
+class SurfaceHeights {
+ public:
+  void add(std::vector<double>& points_m, bool shows_both) {
+    constexpr std::size_t kFewest = 3;  // points
+    // Leaves and people are not level.
+    constexpr double kFlat_m = 0.3;
+    if (points_m.size() < kFewest) return;
+    const double thick_m = quantile(std::span(points_m), 0.9) - quantile(std::span(points_m), 0.1);
+    metres_.push_back({median(std::span(points_m)), thick_m < kFlat_m, shows_both});
+  }
+
+  [[nodiscard]] SurfaceSide side() && {
+    constexpr double kLevel_m = 0.3;
+    SurfaceSide side;
+    side.seen = metres_.size();
+    if (metres_.empty()) return side;
+    std::vector<double> values;
+    for (const auto& metre : metres_) values.push_back(metre.height_m);
+    side.height_m = median(std::span(values));
+    for (std::size_t k = 0; k < metres_.size(); ++k) {
+      const bool is_level = std::fabs(metres_[k].height_m - side.height_m) < kLevel_m;
+      side.level += is_level ? 1 : 0;
+      side.level_in_sight += is_level && metres_[k].shows_both ? 1 : 0;
+      side.flat += metres_[k].is_flat ? 1 : 0;
+      values[k] = std::fabs(metres_[k].height_m - side.height_m);
+    }
+    side.scatter_m = quantile(std::span(values), 0.8);
+    return side;
+  }
+
+ private:
+  struct Height {
+    double height_m;
+    bool is_flat;
+    bool shows_both;
+  };
+  std::vector<Height> metres_;
+};
 
 }  // namespace
 
@@ -85,21 +147,10 @@ DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
   constexpr std::size_t kAfter = 100;
   constexpr double kSight_m = 25.0;
   constexpr std::size_t kPerScan = 20'000;
-  constexpr std::size_t kFewest = 3;  // points
-  constexpr double kLowest_m = 0.08;  // of a sensor over what it is driven on
-  constexpr double kHighest_m = 5.0;
-  constexpr double kNearAbove_m = 0.3;  // ceilings are higher
-  constexpr double kFarAbove_m = 2.5;
   constexpr double kInSight_m = 1.5;
   const double fall = std::tan(std::clamp(-lowest_deg, 0.0, 80.0) / kDegreesPerRadian);
-  DrivenSurface driven;
-  struct Metre {
-    Eigen::Vector3d centre;
-    std::size_t below = 0;
-    std::size_t above = 0;
-    double above_sum_m = 0.0;
-  };
-  std::vector<double> heights_m;
+  SurfaceHeights below;
+  SurfaceHeights above;
   for (std::size_t k = 0; k < scans.size(); ++k) {
     const std::size_t i = indices[k];
     const Eigen::Matrix3d R_world_sensor = track.pose(i).rotation;
@@ -107,37 +158,22 @@ DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
     std::vector<Metre> path;
     for (std::size_t j = i - std::min(i, kBefore); j < std::min(track.size, i + kAfter); ++j) {
       const Eigen::Vector3d p = track.pose(j).translation - sensor;
-      if (!p.allFinite() || p.norm() > kSight_m || p.norm() * fall < kInSight_m) continue;
-      if (path.empty() || (p - path.back().centre).norm() >= 1.0) path.push_back({p});
+      if (!p.allFinite() || p.norm() > kSight_m) continue;
+      if (!path.empty() && (p - path.back().centre).norm() < 1.0) continue;
+      path.push_back({p, p.norm() * fall >= kInSight_m, {}, {}});
     }
     const std::size_t stride = 1 + scans[k]->points.size() / kPerScan;
     for (std::size_t n = 0; n < scans[k]->points.size(); n += stride) {
       const auto& point = scans[k]->points[n];
       const Eigen::Vector3d p = R_world_sensor * Eigen::Vector3d(point.x, point.y, point.z);
-      for (Metre& metre : path) {
-        const Eigen::Vector3d off = p - metre.centre;
-        if (!(off.head<2>().squaredNorm() < 0.25)) continue;
-        metre.below += off.z() <= -kLowest_m && off.z() >= -kHighest_m ? 1 : 0;
-        if (off.z() < kNearAbove_m || off.z() > kFarAbove_m) continue;
-        ++metre.above;
-        metre.above_sum_m += off.z();
-      }
+      for (Metre& metre : path) metre.add(p - metre.centre);
     }
-    for (const Metre& metre : path) {
-      driven.below += metre.below >= kFewest ? 1 : 0;
-      if (metre.above < kFewest) continue;
-      heights_m.push_back(metre.above_sum_m / static_cast<double>(metre.above));
+    for (Metre& metre : path) {
+      below.add(metre.below_m, metre.shows_both);
+      above.add(metre.above_m, metre.shows_both);
     }
   }
-  if (heights_m.empty()) return driven;
-  // Leaves are not level; small robots drive below some.
-  constexpr double kLevel_m = 0.3;
-  const double height_m = median(std::span(heights_m));
-  driven.above =
-      static_cast<std::size_t>(std::count_if(heights_m.begin(), heights_m.end(), [&](double one) {
-        return std::fabs(one - height_m) < kLevel_m;
-      }));
-  return driven;
+  return {std::move(below).side(), std::move(above).side()};
 }
 
 bool are_upside_down(const Track& track, std::span<const std::size_t> indices) {
@@ -148,14 +184,37 @@ bool are_upside_down(const Track& track, std::span<const std::size_t> indices) {
   return 2 * turned > indices.size();
 }
 
-bool is_upside_down(const DrivenSurface& driven) {
-  // Under a ceiling surfaces lie on both sides.
+Side find_up(const DrivenSurface& driven, SheetSide sheet) {
   constexpr std::size_t kFewest = 20;
   constexpr std::size_t kTimes = 4;
-  return driven.above >= kFewest && driven.above > kTimes * driven.below;
+  constexpr double kHighest_m = 2.5;  // a mount; most ceilings are higher
+  constexpr double kTallest_m = 3.0;  // of trucks
+  const SurfaceSide& below = driven.below;
+  const SurfaceSide& above = driven.above;
+  const bool is_mirrored = sheet == SheetSide::kMirrored;
+  // Where ground below would be out of sight, plants and ceilings alone are seen.
+  const std::size_t told = is_mirrored ? above.level : above.level_in_sight;
+  const std::size_t against = is_mirrored ? below.level : below.level_in_sight;
+  if (told >= kFewest && told > kTimes * against && above.height_m < kHighest_m) {
+    return Side::kBelow;
+  }
+  if (is_mirrored) {
+    const bool is_driven_on = below.level >= kFewest && below.height_m < kTallest_m;
+    return is_driven_on ? Side::kAbove : Side::kUnknown;
+  }
+  // Under a ceiling: what is driven on is near to the path, and equally far from it.
+  constexpr double kNoise_m = 0.02;
+  constexpr double kLikelier = 0.85;
+  const bool is_surface = above.level >= kFewest && 2 * above.flat > above.seen;
+  const bool are_both =
+      is_surface && 2 * above.seen >= below.seen && kTimes * below.seen >= above.seen;
+  if (!are_both || sheet == SheetSide::kUpright) return Side::kAbove;
+  const double below_m2 = below.height_m * (below.scatter_m + kNoise_m);
+  const double above_m2 = above.height_m * (above.scatter_m + kNoise_m);
+  return above_m2 < kLikelier * below_m2 ? Side::kUnknown : Side::kAbove;
 }
 
-Finding check_axes(const DirectionFigures& directions, const DrivenSurface& driven,
+Finding check_axes(const DirectionFigures& directions, const DrivenSurface& driven, SheetSide sheet,
                    bool turned_by_poses) {
   Finding finding{"axes", Severity::kFine, 0.0, "axis", {}};
   constexpr std::size_t kFewest = 1000;
@@ -193,7 +252,21 @@ Finding check_axes(const DirectionFigures& directions, const DrivenSurface& driv
         "to axes with x forward, y left and z up";
     return finding;
   }
-  if (is_upside_down(driven)) {
+  const Side up = find_up(driven, sheet);
+  if (up == Side::kUnknown) {
+    finding.severity = Severity::kSuspicious;
+    finding.message =
+        sheet == SheetSide::kMirrored
+            ? text(
+                  "which side is up is not known: known LiDARs look as far down as the points lie "
+                  "up, and up as they lie down; if z points down, %s",
+                  kRemedy)
+            : text(
+                  "which side is up is not known: a surface %.1f m above the sensor's path is more "
+                  "like what is driven on than one %.1f m below it; if z points down, %s",
+                  driven.above.height_m, driven.below.height_m, kRemedy);
+  }
+  if (up == Side::kBelow) {
     finding.severity = Severity::kWrong;
     finding.message =
         turned_by_poses
@@ -201,16 +274,12 @@ Finding check_axes(const DirectionFigures& directions, const DrivenSurface& driv
                   "by the poses the LiDAR is upside down, and by the points it is not (what is "
                   "driven on would lie above it in %zu of %zu metres of path): are the "
                   "quaternions qw qx qy qz (write qx qy qz qw), or is z down in the poses (NED)?",
-                  driven.above, driven.above + driven.below)
+                  driven.above.level, driven.above.level + driven.below.level)
             : text(
                   "what is driven on lies above the sensor in %zu of %zu metres of path: z points "
                   "down, the "
-                  "LiDAR is mounted upside down; give --extrinsic 0,0,0,180,0,0 if the poses are "
-                  "of an "
-                  "upright body, or --extrinsic auto if they are of the LiDAR itself; or negate z "
-                  "if an "
-                  "export mirrored the points",
-                  driven.above, driven.above + driven.below);
+                  "LiDAR is mounted upside down; %s",
+                  driven.above.level, driven.above.level + driven.below.level, kRemedy);
   }
   return finding;
 }

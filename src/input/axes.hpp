@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <span>
 
 #include "ports/datasets/dataset.hpp"
@@ -28,25 +29,44 @@ struct DirectionFigures {
 /// Measures scans, at most a few thousand points of each.
 [[nodiscard]] DirectionFigures measure_directions(std::span<const datasets::Scan> scans);
 
-/// On which side of the sensor lies what it is driven on.
-struct DrivenSurface {
-  std::size_t below = 0;  ///< metres of path, over all scans, with points below the sensor's path
-  /// Metres of path, over all scans, with points above the sensor's path, at a height near to that
-  /// of most of them. They are ceilings, or ground where the sensor is upside down.
-  std::size_t above = 0;
+/// What lies on one side of the sensor's path, within half a metre of it.
+struct SurfaceSide {
+  std::size_t seen = 0;            ///< metres of path, over all scans, with points there
+  std::size_t flat = 0;            ///< seen metres with a level surface
+  std::size_t level = 0;           ///< seen metres about as far away as usual
+  std::size_t level_in_sight = 0;  ///< level metres where ground below would be in sight
+  double height_m = 0.0;           ///< median distance from the path
+  double scatter_m = 0.0;          ///< four in five metres differ by less from it
 };
 
-/// Counts metres of path within 25 m of the scans `indices`, at most 20 scans before them and
-/// 100 after, that have points 0.3 to 2.5 m above the path, or 0.08 to 5 m below it, along the
-/// odometry's z axis: what is below speaks for a right one, also of low robots and of trucks.
-/// Only where rays as low as `lowest_deg` are 1.5 m and more below the sensor: nearer, the ground
-/// is out of sight.
+/// Which of both sides of the sensor's path is driven on.
+struct DrivenSurface {
+  SurfaceSide below;
+  SurfaceSide above;  ///< ceilings, or ground where the sensor is upside down
+};
+
+/// Looks at the path within 25 m of the scans `indices`, at most 20 scans before them and 100
+/// after, for points 0.08 to 8 m above and below it, along the odometry's z axis. Ground below is
+/// in sight where rays as low as `lowest_deg` are 1.5 m and more below the sensor.
 [[nodiscard]] DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
                                                    std::span<const std::size_t> indices,
                                                    std::span<const datasets::Scan* const> scans);
 
-/// Whether it lies above along 20 m and more, and hardly below.
-[[nodiscard]] bool is_upside_down(const DrivenSurface& driven);
+/// What the elevations of the points are like, against data sheets.
+enum class SheetSide : std::uint8_t {
+  kUnknown,   ///< both, or neither
+  kUpright,   ///< a known LiDAR, and no known one that is upside down
+  kMirrored,  ///< a known LiDAR that is upside down, and no upright one
+};
+
+/// Where up is, along the odometry's z axis.
+enum class Side : std::uint8_t { kAbove, kBelow, kUnknown };
+
+/// Below, where a level surface lies above along 20 m and more, and hardly one below. Unknown where
+/// surfaces lie on both sides, as under a ceiling, and the one above is more like what is driven
+/// on: nearer, or equally far all along the path. Unknown as well where data sheets alone say that
+/// the sensor is upside down: it may have been turned over already.
+[[nodiscard]] Side find_up(const DrivenSurface& driven, SheetSide sheet);
 
 /// Whether most of the poses have their z axis down.
 [[nodiscard]] bool are_upside_down(const Track& track, std::span<const std::size_t> indices);
@@ -54,6 +74,6 @@ struct DrivenSurface {
 /// Points whose z axis is not up: a sensor that turns about x or y, looks along z, or hangs upside
 /// down. Where it is `turned_by_poses`, these are wrong, and not the points.
 [[nodiscard]] Finding check_axes(const DirectionFigures& directions, const DrivenSurface& driven,
-                                 bool turned_by_poses = false);
+                                 SheetSide sheet, bool turned_by_poses = false);
 
 }  // namespace unimapper::input

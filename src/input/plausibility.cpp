@@ -330,11 +330,13 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
     findings.push_back(check_speed(result.motion));
   }
   // Poses that are upside down, or a mirrored z axis, are named already.
-  if (!result.mistake.is_better_than_delay || !is_upside_down(result.driven)) {
+  const SheetSide sheet = sheet_side(result.sensor);
+  result.up = find_up(result.driven, sheet);
+  if (!result.mistake.is_better_than_delay || result.up == Side::kAbove) {
     std::vector<std::size_t> indices;
     for (const PairIndex& pair : chosen) indices.push_back(pair.first);
     findings.push_back(
-        check_axes(result.directions, result.driven, are_upside_down(track, indices)));
+        check_axes(result.directions, result.driven, sheet, are_upside_down(track, indices)));
   }
   return result;
 }

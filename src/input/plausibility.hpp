@@ -22,6 +22,7 @@ struct Plausibility {
   RangeFigures ranges;
   DirectionFigures directions;
   DrivenSurface driven;
+  Side up = Side::kAbove;  ///< along the odometry's z axis
   SensorFigures sensor;
   MotionFigures motion;
   PoseRate rate;

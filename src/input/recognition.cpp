@@ -284,6 +284,25 @@ bool is_recognised(const std::vector<SensorMatch>& matches) {
   });
 }
 
+SheetSide sheet_side(const SensorFigures& figures) {
+  constexpr double kLike = 0.3;
+  constexpr double kUnlike = 0.9;
+  if (figures.points == 0 || figures.width_deg < kAllRound_deg) return SheetSide::kUnknown;
+  SensorFigures mirrored = figures;
+  mirrored.lowest_deg = -figures.highest_deg;
+  mirrored.highest_deg = -figures.lowest_deg;
+  double upright_off = 2.0 * kUnlike;
+  double mirrored_off = 2.0 * kUnlike;
+  for (const SensorSheet& sheet : sensor_sheets()) {
+    if (sheet.model.name == "generic") continue;
+    upright_off = std::min(upright_off, elevations_off(figures, sheet.model));
+    mirrored_off = std::min(mirrored_off, elevations_off(mirrored, sheet.model));
+  }
+  if (mirrored_off < kLike && upright_off > kUnlike) return SheetSide::kMirrored;
+  if (upright_off < kLike && mirrored_off > kUnlike) return SheetSide::kUpright;
+  return SheetSide::kUnknown;
+}
+
 SensorModel generic_for(const SensorFigures& figures) {
   SensorModel model = sensor_model(SensorKind::kGeneric);
   if (figures.points == 0) return model;

@@ -52,6 +52,9 @@ struct SensorMatch {
 /// same rings and field of view.
 [[nodiscard]] bool is_recognised(const std::vector<SensorMatch>& matches);
 
+/// Whether the elevations are those of a known LiDAR that sees all round, or of one upside down.
+[[nodiscard]] SheetSide sheet_side(const SensorFigures& figures);
+
 /// The generic model, widened where the points lie outside its field of view and range or are more
 /// than it holds.
 [[nodiscard]] SensorModel generic_for(const SensorFigures& figures);

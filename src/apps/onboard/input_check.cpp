@@ -54,7 +54,7 @@ bool correct(const input::Plausibility& found, datasets::OpenOptions& how) {
   if (how.finds_mount) {
     // A body that is upright is a mistake in the mount, and known.
     how.turns_over = how.turns_over ||
-                     (input::is_upside_down(found.driven) &&
+                     (found.up == input::Side::kBelow &&
                       !input::has_known_mistake(found.agreement) && found.mistake.names.empty());
     how.T_given_lidar = how.T_given_lidar * found.calibration.sure_mount();
   }
