@@ -78,7 +78,7 @@ Pose PointToPoint::registered(const Points& points, const Pose& predicted, doubl
     }
     const Eigen::Matrix<double, 6, 1> step = Cholesky<6>(matrix).solve(right);
     pose.translation += step.head<3>();
-    pose.rotation = odometry::rotation_of(step.tail<3>()) * pose.rotation;
+    pose.rotation = rotation_of(step.tail<3>()) * pose.rotation;
     if (step.norm() < kSmallStep) break;
   }
   return pose;

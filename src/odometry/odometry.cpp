@@ -507,17 +507,27 @@ OdometryResult LidarOdometry::State::go_on(double seconds) noexcept {
   const bool is_second = scans_in_map == 1;
   Registered found = is_second ? track_second(interval) : track(interval, ahead(interval));
   if (!is_second) hold_back(interval, found);
+  // Among plants the search finds places that fit better and where the robot cannot be. Not by the
+  // gyroscope: it may be wrong.
+  const Pose steadily =
+      interval.T_odometry_before * moved(velocity, std::min(seconds, kLongestPrediction_s));
+  const auto is_possible = [&](const Registered& r) {
+    return is_second || weak_motion.is_possible(steadily, r.pose, seconds);
+  };
   double found_fit = fit(found, interval);
-  if (!is_second && found_fit < kSuspicious * usual_fit) {
+  const double as_usual = kSuspicious * usual_fit;
+  if (!is_second && (found_fit < as_usual || !is_possible(found))) {
     const Registered other = search(interval);
     const double other_fit = fit(other, interval);
-    if (other_fit > found_fit) {
+    // One that fits as usual contradicts what was found, wherever it is.
+    if (other_fit > found_fit && (is_possible(other) || other_fit >= as_usual)) {
       found = other;
       found_fit = other_fit;
     }
   }
   const Velocity v = velocity_of(interval.T_odometry_before.inverse() * found.pose, seconds);
-  const bool fits = found.is_valid && is_plausible(v) && found_fit >= kHopeless * usual_fit;
+  const bool fits =
+      found.is_valid && is_plausible(v) && is_possible(found) && found_fit >= kHopeless * usual_fit;
   return fits ? accept(found, interval, found_fit) : lose(ahead(interval), seconds);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "motion.hpp"
 #include "src/core/cholesky.hpp"
 #include "unimapper/core/keyframe.hpp"
 
@@ -17,6 +18,14 @@ struct VelocityNoise {
 };
 constexpr VelocityNoise kTranslation{20.0, 0.1, 1.0};  // m
 constexpr VelocityNoise kRotation{0.5, 0.02, 0.1};     // rad
+
+/// What no robot exceeds, nor a sensor carried by hand.
+struct MostMotion {
+  double acceleration;  ///< per s²
+  double error;         ///< of registration and velocity
+};
+constexpr MostMotion kMostTranslation{20.0, 0.5};  // m
+constexpr MostMotion kMostRotation{50.0, 0.1};     // rad
 
 // By how much the velocity at the stamp differs from that of the scan: vehicles vibrate.
 constexpr double kVibration_m_s = 0.1;
@@ -75,6 +84,7 @@ Matrix6d WeakMotion::add(const Registered& found, double seconds, double ahead_s
       covariance.block<3, 3>(3 * kind, 3 * kind) += variance * axis * axis.transpose();
     }
   }
+  is_lost_ = is_lost_ && open_[0].seconds > 0.0;  // a jump to the right place tells no velocity
   covariance.diagonal().head<3>().array() += kVibration_m_s * kVibration_m_s * ahead_s * ahead_s;
   covariance.diagonal().tail<3>().array() +=
       kVibration_rad_s * kVibration_rad_s * ahead_s * ahead_s;
@@ -83,9 +93,33 @@ Matrix6d WeakMotion::add(const Registered& found, double seconds, double ahead_s
   return to_frames * covariance * to_frames.transpose();
 }
 
+bool WeakMotion::is_possible(const Pose& predicted, const Pose& found,
+                             double seconds) const noexcept {
+  constexpr double kSigmas = 3.0;
+  if (!is_velocity_known_ && !is_lost_) return true;
+  const Eigen::Vector3d off[2] = {found.translation - predicted.translation,
+                                  rotation_vector(found.rotation * predicted.rotation.transpose())};
+  for (int kind = 0; kind < 2; ++kind) {
+    const MostMotion& most = kind == 0 ? kMostTranslation : kMostRotation;
+    const double by_acceleration = most.error + most.acceleration * seconds * seconds;
+    const double unknown =
+        kSigmas * std::sqrt(variance_after(open_[kind].seconds + seconds, kind == 1));
+    Eigen::Vector3d across = off[kind];  // the weak axes
+    for (int i = 3 * kind; i < 3 * kind + 3; ++i) {
+      const Eigen::Vector3d axis = determination_.axes.col(i);
+      if (is_lost_ || is_weak_[i]) across -= axis.dot(across) * axis;
+    }
+    if (!(across.norm() <= by_acceleration)) return false;
+    const bool is_open = across != off[kind];
+    if (!(off[kind].norm() <= by_acceleration + (is_open ? unknown : 0.0))) return false;
+  }
+  return true;
+}
+
 Matrix6d WeakMotion::lose(double seconds) noexcept {
   is_velocity_known_ = false;
   is_velocity_sure_ = false;
+  is_lost_ = true;
   sure_scans_ = 0;
   Matrix6d covariance = Matrix6d::Identity();
   for (int kind = 0; kind < 2; ++kind) {

@@ -18,6 +18,11 @@ class WeakMotion {
   /// The covariance of a motion of which nothing is known but the time it took.
   Matrix6d lose(double seconds) noexcept;
 
+  /// Whether a robot can be at `found` where it was `predicted`, `seconds` after the scan before:
+  /// by an acceleration, and by what was not known of its motion.
+  [[nodiscard]] bool is_possible(const Pose& predicted, const Pose& found,
+                                 double seconds) const noexcept;
+
   /// Weak axes of the scan that was added last, in the sensor's frame.
   [[nodiscard]] WeakAxes axes(const Eigen::Matrix3d& R_sensor_odometry) const noexcept;
 
@@ -57,6 +62,7 @@ class WeakMotion {
   std::uint32_t sure_scans_ = 0;  // in a row
   bool is_velocity_known_ = false;
   bool is_velocity_sure_ = false;  // told by enough scans
+  bool is_lost_ = false;           // until scans tell the velocity again
 };
 
 /// Which axes are weak, in words; empty if none is.

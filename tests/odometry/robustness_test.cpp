@@ -83,6 +83,19 @@ TEST_CASE("one scan from elsewhere is lost, and the next one is found") {
   CHECK(odometry->statistics().restarts == 0);
 }
 
+TEST_CASE("where no robot can be within a tenth of a second it is not said to be") {
+  TestOdometry odometry;
+  OdometryResult last;
+  for (int i = 0; i < 12; ++i) {
+    // 3 m ahead: the place is in the map, and the scan fits it.
+    last = odometry.add(scan_on_line(i == 6 ? i + 10 : i));
+    CHECK((last.state == OdometryState::kLost) == (i == 6));
+    const double error_m = error_of(last, on_line(0), on_line(i)).translation_m;
+    CHECK(error_m < 0.05);
+  }
+  CHECK(odometry->statistics().restarts == 0);
+}
+
 TEST_CASE("a new map may fit less well than the one before") {
   TestOdometry odometry;
   for (int i = 0; i < 6; ++i) odometry.pass(scan_on_line(i));
