@@ -76,6 +76,7 @@ std::optional<std::size_t> ScanShape::facing(std::size_t point) const {
 const ScanShape::Surfaces& ScanShape::surfaces() const {
   if (surfaces_) return *surfaces_;
   Surfaces& found = surfaces_.emplace();
+  found.facing.fill(0);
   for (std::size_t k = 0; k < cloud_.size(); ++k) {
     const auto axis = facing(k);
     if (!axis) continue;

@@ -42,8 +42,8 @@ class ScanShape {
   };
   /// Points on planes.
   struct Surfaces {
-    std::vector<SurfacePoint> points;     ///< a part of them
-    std::array<std::size_t, 3> facing{};  ///< of that part by direction
+    std::vector<SurfacePoint> points;   ///< a part of them
+    std::array<std::size_t, 3> facing;  ///< of that part by direction
   };
 
   [[nodiscard]] std::optional<std::size_t> facing(std::size_t point) const;
