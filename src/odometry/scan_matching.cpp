@@ -1,0 +1,165 @@
+// Registration of a scan to the local map: prediction, refinement and search.
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "tracker.hpp"
+
+namespace unimapper::odometry {
+
+namespace {
+
+constexpr int kIterations = 30;
+
+}  // namespace
+
+bool is_plausible(const Velocity& velocity) noexcept {
+  constexpr double kFastest_m_s = 100.0;
+  constexpr double kFastest_rad_s = 20.0;
+  return velocity.linear_m_s.norm() < kFastest_m_s &&
+         velocity.angular_rad_s.norm() < kFastest_rad_s;
+}
+
+Pose Tracker::ahead(const Interval& interval, double share) const noexcept {
+  Pose way = moved(velocity, share * std::min(interval.seconds, kLongestPrediction_s));
+  // A start without any motion stays one: for a gyroscope of other axes or units.
+  if (turn_known && share != 0.0) way.rotation = turn;
+  return interval.T_odometry_before * way;
+}
+
+/// The velocity between two scans has the noise of both. Along a weak axis it would go on for ever:
+/// the mean of the last two seconds does.
+void Tracker::learn_velocity(const Velocity& v, double seconds) noexcept {
+  constexpr double kMemory_s = 2.0;
+  const double share = seconds / (steady_s + seconds);
+  steady_s = std::min(steady_s + seconds, kMemory_s);
+  velocity = v;
+  steady.linear_m_s += share * (v.linear_m_s - steady.linear_m_s);
+  steady.angular_rad_s += share * (v.angular_rad_s - steady.angular_rad_s);
+}
+
+Expectation Tracker::expected(const Interval& interval) const noexcept {
+  Pose way = moved(steady, std::min(interval.seconds, kLongestPrediction_s));
+  if (turn_known) way.rotation = turn;
+  return {interval.T_odometry_before * way,
+          weak_motion.is_velocity_known() && interval.seconds <= kLongestPrediction_s};
+}
+
+double Tracker::deviation_m() const noexcept {
+  constexpr double kUnknown_m = 2.0;
+  return deviations == 0 ? kUnknown_m : std::sqrt(squared_deviations_m2 / deviations);
+}
+
+void Tracker::learn_deviation(const Pose& predicted, const Pose& pose, double moved_m) noexcept {
+  constexpr double kLeast_m = 0.1;  // a robot that stands says nothing about one that drives
+  // By a gyroscope hardly any prediction is off by more, and the width would stay that of an
+  // unknown deviation. Narrower than this, the Livox Avia loses its way among plants.
+  constexpr double kLeastByGyroscope_m = 0.3;
+  constexpr double kMoves_m = 0.02;  // less is standing
+  const Pose off = predicted.inverse() * pose;
+  // Length of the chord of a rotation at the mean distance of the points.
+  const double chord = std::sqrt(std::max(0.0, 3.0 - off.rotation.trace()));
+  double deviation = off.translation.norm() + mean_range_m() * chord;
+  if (turn_known && moved_m >= kMoves_m) deviation = std::max(deviation, kLeastByGyroscope_m);
+  if (deviation < kLeast_m) return;
+  squared_deviations_m2 += deviation * deviation;
+  ++deviations;
+}
+
+Tolerance Tracker::tolerance() const noexcept {
+  constexpr double kReach = 3.0;       // of the usual deviation
+  constexpr double kKernel = 1.0 / 3;  // of the usual deviation
+  constexpr double kFinest = 0.05;     // kernel, in voxels
+  const double deviation = deviation_m();
+  return {std::max(kFinest * config.voxel_m, kKernel * deviation), kReach * deviation, false,
+          kIterations};
+}
+
+Registered Tracker::track(const Interval& interval, const Pose& start) noexcept {
+  constexpr double kCoarseFrom = 0.5;  // of a voxel: where surfaces near the prediction mislead
+  const Expectation expectation = expected(interval);
+  Pose begin = start;
+  if (deviation_m() > kCoarseFrom * config.voxel_m) {
+    Tolerance wide = tolerance();
+    wide.kernel_m = deviation_m();
+    wide.is_coarse = true;
+    const Registered rough =
+        register_points(source.view(), maps, interval, start, expectation, wide);
+    if (rough.is_valid) begin = rough.pose;
+  }
+  return register_points(source.view(), maps, interval, begin, expectation, tolerance());
+}
+
+Registered Tracker::track_second(Interval& interval) noexcept {
+  // The first scan was taken at a velocity that only this one shows.
+  const bool is_swept = std::any_of(source.begin(), source.end(),
+                                    [](const SourcePoint& point) { return point.time_s != 0.0F; });
+  const int passes = is_swept ? 5 : 1;
+  Registered found;
+  found.pose = interval.T_odometry_before;
+  for (int pass = 0; pass < passes; ++pass) {
+    found = track(interval, found.pose);
+    hold_back(interval, found);
+    const Pose T_first_second = interval.T_odometry_before.inverse() * found.pose;
+    const Velocity v = velocity_of(T_first_second, interval.seconds);
+    if (!found.is_valid || !is_plausible(v)) return found;
+    interval.T_odometry_before = T_odometry_first * moved(v, first_middle_s);
+    found.pose = interval.T_odometry_before * T_first_second;
+    begin_map(v);
+    take_source();  // the voxels that its points remember are others now
+  }
+  return found;
+}
+
+void Tracker::hold_back(const Interval& interval, Registered& found) noexcept {
+  constexpr double kAsGood = 0.98;
+  if (!found.is_valid || weak_motion.is_velocity_known()) return;
+  const Vector6d& share = found.determination.share;
+  if (std::none_of(share.begin(), share.end(), WeakMotion::is_weak)) return;
+  const Pose& before = interval.T_odometry_before;
+  const Registered held =
+      register_points(source.view(), maps, interval, before, {before, true}, tolerance());
+  if (fit(held, interval) > kAsGood * fit(found, interval)) found = held;
+}
+
+double Tracker::fit(const Registered& found, const Interval& interval) noexcept {
+  constexpr double kKernel = 0.2;  // in voxels
+  if (!found.is_valid) return 0.0;
+  return fit_of(source.view(), maps, interval, found.pose, kKernel * config.voxel_m);
+}
+
+void Tracker::attempt(const Interval& interval, const Pose& start, Pose& best,
+                      double& best_fit) noexcept {
+  constexpr int kFewIterations = 8;
+  const double voxel_m = config.voxel_m;
+  const Registered rough = register_points(sample.view(), maps, interval, start, {},
+                                           {2.0 * voxel_m, 9.0 * voxel_m, true, kFewIterations});
+  if (!rough.is_valid) return;
+  const Registered close = register_points(sample.view(), maps, interval, rough.pose, {},
+                                           {0.5 * voxel_m, 3.0 * voxel_m, false, kFewIterations});
+  if (!close.is_valid) return;
+  const double found = fit_of(sample.view(), maps, interval, close.pose, 0.2 * voxel_m);
+  if (found <= best_fit) return;
+  best_fit = found;
+  best = close.pose;
+}
+
+Registered Tracker::search(const Interval& interval) noexcept {
+  sample.clear();
+  for (std::size_t i = 0; i < source.size(); i += kSampledOneOf) sample.push_back(source[i]);
+  Pose best = ahead(interval);
+  double best_fit = -1.0;
+  for (const double share : {1.0, 0.0, 0.5, 1.5, -0.5}) {
+    attempt(interval, ahead(interval, share), best, best_fit);
+  }
+  // What is carried by hand turns about the vertical, quickly.
+  for (const double yaw_rad : {0.3, -0.3, 0.6, -0.6, 0.9, -0.9}) {
+    Pose turned = interval.T_odometry_before;
+    turned.rotation = rotation_of({0.0, 0.0, yaw_rad}) * turned.rotation;
+    attempt(interval, turned, best, best_fit);
+  }
+  return register_points(source.view(), maps, interval, best, expected(interval),
+                         {0.3 * config.voxel_m, 3.0 * config.voxel_m, false, kIterations});
+}
+
+}  // namespace unimapper::odometry
