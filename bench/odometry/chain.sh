@@ -25,9 +25,7 @@ mapped() {
     mkdir -p "$folder/data" "$folder/runs"
     "$bin/unimapper" simulate --scene town --sensor "$sensor" --route "$route" --scans "$scans" \
       --seed "$seed" --drift none --bag mcap "${@:2}" --out "$data" --replace >/dev/null 2>&1
-    rm -rf "$data/labels"
     "$bin/unimapper" onboard "$data/drive.mcap" --out "$run" --replace >/dev/null 2>"$run.log"
-    rm -rf "$data/scans"
     truths+=("$sensor=$data")
     runs+=("$run")
   done <<<"os2-128 A
@@ -40,6 +38,7 @@ vlp-16 C"
     column && NF >= column { ate[$1] = $column ($3 == "central" ? " (central)" : "") }
     END { printf "%s | %s | %s", ate["os2-128"], ate["livox-avia"], ate["vlp-16"] }' \
     "$folder/merge.txt"
+  rm -rf "$folder/data"
 }
 
 chain_table() {
