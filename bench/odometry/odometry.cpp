@@ -141,7 +141,7 @@ Run run_point_to_point(const datasets::Dataset& dataset) {
   return run;
 }
 
-Run run(const datasets::Dataset& dataset, Imu imu, bool is_swept) {
+Run run(const datasets::Dataset& dataset, Imu imu, bool is_swept, std::size_t first_scan) {
   const LidarOdometryConfig config;
   MemoryBlock memory(LidarOdometry::required_bytes(config));
   const auto created = LidarOdometry::create(config, memory.span());
@@ -153,7 +153,7 @@ Run run(const datasets::Dataset& dataset, Imu imu, bool is_swept) {
   if (imu == Imu::kRecorded) recorded = dataset.gyroscope();
   auto sample = recorded.samples.begin();
   datasets::Scan scan;
-  for (std::size_t i = 0; i < dataset.scan_count(); ++i) {
+  for (std::size_t i = first_scan; i < dataset.scan_count(); ++i) {
     dataset.read_scan(i, scan);
     if (!is_swept) scan.time_s.clear();
     const float last_s =
@@ -211,18 +211,21 @@ int main(int argc, char** argv) {
   const Imu imu = mode == "gyroscope" ? Imu::kGyroscope
                   : mode == "imu"     ? Imu::kRecorded
                                       : Imu::kNone;
-  const bool is_known = imu != Imu::kNone || mode == "swept-as-still" || mode == "point-to-point";
+  const bool is_later = mode.rfind("from=", 0) == 0;
+  const bool is_known =
+      imu != Imu::kNone || is_later || mode == "swept-as-still" || mode == "point-to-point";
   if (argc != 2 && !is_known) {
     std::fprintf(stderr,
                  "usage: odometry_bench RECORDING [gyroscope | imu | swept-as-still | "
-                 "point-to-point]\n");
+                 "point-to-point | from=SCAN]\n");
     return 2;
   }
   try {
     // The odometry compensates sweeps by itself.
     const auto dataset = datasets::open_dataset(argv[1], {.deskew = datasets::Deskew::kOff});
+    const std::size_t first_scan = is_later ? std::stoul(mode.substr(5)) : 0;
     print(mode == "point-to-point" ? run_point_to_point(*dataset)
-                                   : run(*dataset, imu, mode != "swept-as-still"));
+                                   : run(*dataset, imu, mode != "swept-as-still", first_scan));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "odometry_bench: %s\n", error.what());
     return 1;

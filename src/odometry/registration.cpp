@@ -91,17 +91,20 @@ struct SparseDirections {
 };
 
 /// Takes the sparse directions that a point says little about out of how its place depends on
-/// translation (`move`) and rotation (`turn`).
-void leave_out(const Match& m, const SparseDirections& sparse, Eigen::Matrix3d& move,
+/// translation (`move`) and rotation (`turn`). Whether it says much about one.
+bool leave_out(const Match& m, const SparseDirections& sparse, Eigen::Matrix3d& move,
                Eigen::Matrix3d& turn) noexcept {
+  bool says_much = false;
   for (int i = 0; i < 6; ++i) {
     if (!sparse.is_sparse[i]) continue;
     const Eigen::Vector3d axis = sparse.axes.col(i);
     const double much = i < 3 ? says_of_translation(m, axis) : says_of_rotation(m, axis);
+    says_much = says_much || much > 0.0;
     if (much > 0.0) continue;
     Eigen::Matrix3d& derivative = i < 3 ? move : turn;
     derivative -= (derivative * axis) * axis.transpose();
   }
+  return says_much;
 }
 
 NormalEquations linearise(std::span<SourcePoint> points, Maps maps, const Sweep& sweep,
@@ -111,10 +114,11 @@ NormalEquations linearise(std::span<SourcePoint> points, Maps maps, const Sweep&
   Match m;
   for (SourcePoint& point : points) {
     if (!match(point, maps, sweep, tolerance.is_coarse, m) || m.squared_m2 > reach_m2) continue;
-    const double k = robust_weight(m.squared_m2, tolerance.kernel_m);
     Eigen::Matrix3d move = Eigen::Matrix3d::Identity();
     Eigen::Matrix3d turn = skew(-m.arm_m);
-    if (sparse.any) leave_out(m, sparse, move, turn);
+    const bool says_much = sparse.any && leave_out(m, sparse, move, turn);
+    const double k =
+        robust_weight(m.squared_m2, says_much ? tolerance.sparse_m : tolerance.kernel_m);
     const Eigen::Matrix3d across_move = m.across * move;
     const Eigen::Matrix3d across_turn = m.across * turn;
     sum.matrix.topLeftCorner<3, 3>() += k * (move.transpose() * across_move);
@@ -141,7 +145,7 @@ Determination determine(std::span<SourcePoint> points, Maps maps, const Sweep& s
   Match m;
   for (SourcePoint& point : points) {
     if (!match(point, maps, sweep, tolerance.is_coarse, m) || !m.is_clear) continue;
-    const double k = robust_weight(m.squared_m2, tolerance.kernel_m);
+    const double k = robust_weight(m.squared_m2, tolerance.sparse_m);
     all += k;
     for (int i = 0; i < 6; ++i) {
       const Eigen::Vector3d axis = result.axes.col(i);
@@ -153,17 +157,21 @@ Determination determine(std::span<SourcePoint> points, Maps maps, const Sweep& s
 }
 
 /// Adds what is expected along sparse directions, as that many points would.
-void expect(const SparseDirections& sparse, const Pose& expected, const Pose& pose,
+void expect(const SparseDirections& sparse, const Expectation& expectation, const Pose& pose,
             NormalEquations& sum) noexcept {
-  constexpr double kTranslation = 6.0;  // points are off by 5 cm, a steady velocity by 2 cm
-  constexpr double kRotation = 25.0;    // ... and by 0.01 rad
+  constexpr double kPoint_m = 0.05;   // by which points are off
+  constexpr double kSteady_m = 0.02;  // a steady velocity
+  constexpr double kRotation = 25.0;  // ... and by 0.01 rad
+  const double off_m = std::max(kSteady_m, expectation.off_m);
+  const double translation = kPoint_m * kPoint_m / (off_m * off_m);
+  const Pose& expected = expectation.pose;
   const Eigen::Vector3d shift_m = expected.translation - pose.translation;
   const Eigen::Vector3d turn_rad = rotation_vector(expected.rotation * pose.rotation.transpose());
   for (int i = 0; i < 6; ++i) {
     if (!sparse.is_sparse[i]) continue;
     const Eigen::Vector3d axis = sparse.axes.col(i);
     const int first = i < 3 ? 0 : 3;
-    const double weight = i < 3 ? kTranslation : kRotation;
+    const double weight = i < 3 ? translation : kRotation;
     const double off = axis.dot(i < 3 ? shift_m : turn_rad);
     sum.matrix.block<3, 3>(first, first) += weight * axis * axis.transpose();
     sum.right.segment<3>(first) += weight * off * axis;
@@ -202,7 +210,7 @@ Registered register_points(std::span<SourcePoint> points, Maps maps, const Inter
   }
   for (int i = 0; i < tolerance.iterations; ++i) {
     result.equations = linearise(points, maps, sweep_at(result.pose), tolerance, sparse);
-    expect(sparse, expectation.pose, result.pose, result.equations);
+    expect(sparse, expectation, result.pose, result.equations);
     const double length = step(result);
     if (!result.is_valid) return result;
     if (length < kSmallStep) break;

@@ -44,6 +44,7 @@ struct Determination {
 /// How strictly points are registered.
 struct Tolerance {
   double kernel_m = 1.0;   ///< points so far from their surface count a quarter
+  double sparse_m = 1.0;   ///< the same along directions that few points determine
   double reach_m = 1.0;    ///< points farther from their surface do not count
   bool is_coarse = false;  ///< to the coarse map alone
   int iterations = 30;     ///< at most
@@ -60,6 +61,7 @@ struct Interval {
 struct Expectation {
   Pose pose;
   bool is_known = false;  ///< whether there is a velocity that it comes from
+  double off_m = 0.0;     ///< by how much the last velocities let another place be expected
 };
 
 /// A pose and how it was found.

@@ -28,21 +28,27 @@ Pose Tracker::ahead(const Interval& interval, double share) const noexcept {
 }
 
 /// The velocity between two scans has the noise of both. Along a weak axis it would go on for ever:
-/// the mean of the last two seconds does.
+/// the mean of the last two seconds does. It lags where the robot accelerates, which that of half a
+/// second shows.
 void Tracker::learn_velocity(const Velocity& v, double seconds) noexcept {
   constexpr double kMemory_s = 2.0;
+  constexpr double kShortMemory_s = 0.5;
   const double share = seconds / (steady_s + seconds);
+  const double short_share = seconds / (std::min(steady_s, kShortMemory_s) + seconds);
   steady_s = std::min(steady_s + seconds, kMemory_s);
   velocity = v;
   steady.linear_m_s += share * (v.linear_m_s - steady.linear_m_s);
   steady.angular_rad_s += share * (v.angular_rad_s - steady.angular_rad_s);
+  recent.linear_m_s += short_share * (v.linear_m_s - recent.linear_m_s);
 }
 
 Expectation Tracker::expected(const Interval& interval) const noexcept {
-  Pose way = moved(steady, std::min(interval.seconds, kLongestPrediction_s));
+  const double seconds = std::min(interval.seconds, kLongestPrediction_s);
+  Pose way = moved(steady, seconds);
   if (turn_known) way.rotation = turn;
   return {interval.T_odometry_before * way,
-          weak_motion.is_velocity_known() && interval.seconds <= kLongestPrediction_s};
+          weak_motion.is_velocity_known() && interval.seconds <= kLongestPrediction_s,
+          seconds * (recent.linear_m_s - steady.linear_m_s).norm()};
 }
 
 double Tracker::deviation_m() const noexcept {
@@ -70,8 +76,12 @@ Tolerance Tracker::tolerance() const noexcept {
   constexpr double kReach = 3.0;       // of the usual deviation
   constexpr double kKernel = 1.0 / 3;  // of the usual deviation
   constexpr double kFinest = 0.05;     // kernel, in voxels
+  // An error along a direction that few points determine goes on: a kernel as narrow would drop
+  // them all once the prediction is off.
+  constexpr double kSparse = 0.15;
   const double deviation = deviation_m();
-  return {std::max(kFinest * config.voxel_m, kKernel * deviation), kReach * deviation, false,
+  const double kernel_m = std::max(kFinest * config.voxel_m, kKernel * deviation);
+  return {kernel_m, std::max(kSparse * config.voxel_m, kernel_m), kReach * deviation, false,
           kIterations};
 }
 
@@ -81,7 +91,7 @@ Registered Tracker::track(const Interval& interval, const Pose& start) noexcept 
   Pose begin = start;
   if (deviation_m() > kCoarseFrom * config.voxel_m) {
     Tolerance wide = tolerance();
-    wide.kernel_m = deviation_m();
+    wide.kernel_m = wide.sparse_m = deviation_m();
     wide.is_coarse = true;
     const Registered rough =
         register_points(source.view(), maps, interval, start, expectation, wide);
@@ -90,7 +100,13 @@ Registered Tracker::track(const Interval& interval, const Pose& start) noexcept 
   return register_points(source.view(), maps, interval, begin, expectation, tolerance());
 }
 
-Registered Tracker::track_second(Interval& interval) noexcept {
+Registered Tracker::refine(const Interval& interval, const Pose& start) noexcept {
+  return register_points(
+      source.view(), maps, interval, start, expected(interval),
+      {0.3 * config.voxel_m, 0.3 * config.voxel_m, 3.0 * config.voxel_m, false, kIterations});
+}
+
+Registered Tracker::match_second(Interval& interval, bool is_wide) noexcept {
   // The first scan was taken at a velocity that only this one shows.
   const bool is_swept = std::any_of(source.begin(), source.end(),
                                     [](const SourcePoint& point) { return point.time_s != 0.0F; });
@@ -98,17 +114,35 @@ Registered Tracker::track_second(Interval& interval) noexcept {
   Registered found;
   found.pose = interval.T_odometry_before;
   for (int pass = 0; pass < passes; ++pass) {
-    found = track(interval, found.pose);
+    found = is_wide && pass == 0 ? track(interval, found.pose) : refine(interval, found.pose);
     hold_back(interval, found);
     const Pose T_first_second = interval.T_odometry_before.inverse() * found.pose;
-    const Velocity v = velocity_of(T_first_second, interval.seconds);
-    if (!found.is_valid || !is_plausible(v)) return found;
-    interval.T_odometry_before = T_odometry_first * moved(v, first_middle_s);
-    found.pose = interval.T_odometry_before * T_first_second;
-    begin_map(v);
-    take_source();  // the voxels that its points remember are others now
+    found.is_valid = found.is_valid && is_plausible(velocity_of(T_first_second, interval.seconds));
+    if (!found.is_valid) return found;
+    begin_second(interval, T_first_second, found.pose);
   }
   return found;
+}
+
+void Tracker::begin_second(Interval& interval, const Pose& T_first_second, Pose& second) noexcept {
+  const Velocity v = velocity_of(T_first_second, interval.seconds);
+  interval.T_odometry_before = T_odometry_first * moved(v, first_middle_s);
+  second = interval.T_odometry_before * T_first_second;
+  begin_map(v);
+  take_source();  // the voxels that its points remember are others now
+}
+
+Registered Tracker::track_second(Interval& interval) noexcept {
+  // Among plants a wide search finds velocities that bend both sweeps so that they fit somehow.
+  Registered near = match_second(interval, false);
+  const double near_fit = fit(near, interval);
+  const Pose T_first_second = interval.T_odometry_before.inverse() * near.pose;
+  Pose at_rest;
+  begin_second(interval, {}, at_rest);
+  const Registered wide = match_second(interval, true);
+  if (fit(wide, interval) >= near_fit) return wide;
+  begin_second(interval, T_first_second, near.pose);
+  return near;
 }
 
 void Tracker::hold_back(const Interval& interval, Registered& found) noexcept {
@@ -118,7 +152,7 @@ void Tracker::hold_back(const Interval& interval, Registered& found) noexcept {
   if (std::none_of(share.begin(), share.end(), WeakMotion::is_weak)) return;
   const Pose& before = interval.T_odometry_before;
   const Registered held =
-      register_points(source.view(), maps, interval, before, {before, true}, tolerance());
+      register_points(source.view(), maps, interval, before, {before, true, 0.0}, tolerance());
   if (fit(held, interval) > kAsGood * fit(found, interval)) found = held;
 }
 
@@ -132,11 +166,13 @@ void Tracker::attempt(const Interval& interval, const Pose& start, Pose& best,
                       double& best_fit) noexcept {
   constexpr int kFewIterations = 8;
   const double voxel_m = config.voxel_m;
-  const Registered rough = register_points(sample.view(), maps, interval, start, {},
-                                           {2.0 * voxel_m, 9.0 * voxel_m, true, kFewIterations});
+  const Registered rough =
+      register_points(sample.view(), maps, interval, start, {},
+                      {2.0 * voxel_m, 2.0 * voxel_m, 9.0 * voxel_m, true, kFewIterations});
   if (!rough.is_valid) return;
-  const Registered close = register_points(sample.view(), maps, interval, rough.pose, {},
-                                           {0.5 * voxel_m, 3.0 * voxel_m, false, kFewIterations});
+  const Registered close =
+      register_points(sample.view(), maps, interval, rough.pose, {},
+                      {0.5 * voxel_m, 0.5 * voxel_m, 3.0 * voxel_m, false, kFewIterations});
   if (!close.is_valid) return;
   const double found = fit_of(sample.view(), maps, interval, close.pose, 0.2 * voxel_m);
   if (found <= best_fit) return;
@@ -158,8 +194,7 @@ Registered Tracker::search(const Interval& interval) noexcept {
     turned.rotation = rotation_of({0.0, 0.0, yaw_rad}) * turned.rotation;
     attempt(interval, turned, best, best_fit);
   }
-  return register_points(source.view(), maps, interval, best, expected(interval),
-                         {0.3 * config.voxel_m, 3.0 * config.voxel_m, false, kIterations});
+  return refine(interval, best);
 }
 
 }  // namespace unimapper::odometry

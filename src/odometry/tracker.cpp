@@ -148,15 +148,17 @@ OdometryResult Tracker::go_on(double seconds) noexcept {
   };
   double found_fit = fit(found, interval);
   const double as_usual = kSuspicious * usual_fit;
-  if (!is_second && (found_fit < as_usual || !is_possible(found))) {
-    const Registered other = search(interval);
+  const auto is_suspicious = [&] { return found_fit < as_usual || !is_possible(found); };
+  const auto take_if_better = [&](const Registered& other) {
     const double other_fit = fit(other, interval);
     // One that fits as usual contradicts what was found, wherever it is.
-    if (other_fit > found_fit && (is_possible(other) || other_fit >= as_usual)) {
-      found = other;
-      found_fit = other_fit;
-    }
-  }
+    if (!(other_fit > found_fit) || !(is_possible(other) || other_fit >= as_usual)) return;
+    found = other;
+    found_fit = other_fit;
+  };
+  // While the deviation is unknown, coarse voxels may mislead where the prediction is right.
+  if (deviations == 0 && !is_second && is_suspicious()) take_if_better(refine(interval, steadily));
+  if (!is_second && is_suspicious()) take_if_better(search(interval));
   const Velocity v = velocity_of(interval.T_odometry_before.inverse() * found.pose, seconds);
   const bool fits =
       found.is_valid && is_plausible(v) && is_possible(found) && found_fit >= kHopeless * usual_fit;
@@ -211,6 +213,7 @@ OdometryResult Tracker::lose(const Pose& predicted, double seconds) noexcept {
   velocity.angular_rad_s *= kSlowDown;
   steady = velocity;
   steady_s = 0.0;
+  recent = velocity;
   T_odometry_middle = predicted;
   result.T_odometry_sensor = predicted * moved(velocity, -middle_s);
   result.velocity_m_s = velocity.linear_m_s;
@@ -228,6 +231,7 @@ OdometryResult Tracker::lose(const Pose& predicted, double seconds) noexcept {
   squared_deviations_m2 = 0.0;
   velocity = {};
   steady = {};
+  recent = {};
   keep_scan();
   begin_map({});
   T_odometry_middle = T_odometry_first;

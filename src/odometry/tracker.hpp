@@ -50,6 +50,9 @@ struct Tracker {
   void learn_velocity(const Velocity& v, double seconds) noexcept;
   [[nodiscard]] Expectation expected(const Interval& interval) const noexcept;
   [[nodiscard]] Registered track(const Interval& interval, const Pose& start) noexcept;
+  [[nodiscard]] Registered refine(const Interval& interval, const Pose& start) noexcept;
+  [[nodiscard]] Registered match_second(Interval& interval, bool is_wide) noexcept;
+  void begin_second(Interval& interval, const Pose& T_first_second, Pose& second) noexcept;
   [[nodiscard]] Registered track_second(Interval& interval) noexcept;
   [[nodiscard]] Registered search(const Interval& interval) noexcept;
   void attempt(const Interval& interval, const Pose& start, Pose& best, double& best_fit) noexcept;
@@ -103,6 +106,7 @@ struct Tracker {
   Velocity velocity;          // on the way there
   Velocity steady;            // mean of those before
   double steady_s = 0.0;      // over so long a time
+  Velocity recent;            // their mean over a shorter one
   WeakMotion weak_motion;
   double squared_deviations_m2 = 0.0;
   std::uint32_t deviations = 0;

@@ -99,6 +99,30 @@ TEST_CASE("along a weak axis the motion goes on at the mean velocity, not at tha
   CHECK(error.translation_m < 0.5);
 }
 
+TEST_CASE("braking is followed where few points determine the motion") {
+  // Buttresses: their sides are all that faces along the road.
+  BoxScene road = corridor();
+  for (int i = 0; i < 18; ++i) {
+    const double x_m = i < 11 ? 3.0 * i - 20.0 : 10.0 * (i - 10) + 10.0;
+    road.things.push_back({{x_m, 2.2, -1.5}, {x_m + 1.0, 3.0, 2.0}});
+  }
+  constexpr double kSpeed_m_s = 12.0;
+  constexpr double kBraking_m_s2 = 2.0;
+  const auto at = [](double s) {
+    const double braked_s = std::max(0.0, s - 2.0);
+    return level(kSpeed_m_s * s - 0.5 * kBraking_m_s2 * braked_s * braked_s, 0.0, 0.0);
+  };
+  TestOdometry odometry;
+  OdometryResult last;
+  constexpr int kScans = 50;
+  for (int i = 0; i < kScans; ++i) {
+    last = odometry.add(snapshot(road, at(0.1 * i), static_cast<std::uint64_t>(i)));
+  }
+  const PoseError error = error_of(last, at(0.0), at(0.1 * (kScans - 1)));
+  CAPTURE(error.translation_m);
+  CHECK(error.translation_m < 0.3);
+}
+
 TEST_CASE("what determines an axis for two scans tells no velocity: a vehicle that drives along") {
   TestOdometry odometry;
   double variance_m2 = 0.0;
