@@ -76,7 +76,8 @@ class SurfaceHeights {
     for (const auto& metre : metres_) values.push_back(metre.height_m);
     side.height_m = median(std::span(values));
     for (std::size_t k = 0; k < metres_.size(); ++k) {
-      const bool is_level = std::fabs(metres_[k].height_m - side.height_m) < kLevel_m;
+      const bool is_level =
+          metres_[k].is_flat && std::fabs(metres_[k].height_m - side.height_m) < kLevel_m;
       side.level += is_level ? 1 : 0;
       side.level_in_sight += is_level && metres_[k].shows_both ? 1 : 0;
       side.flat += metres_[k].is_flat ? 1 : 0;
@@ -147,7 +148,7 @@ DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
   constexpr std::size_t kAfter = 100;
   constexpr double kSight_m = 25.0;
   constexpr std::size_t kPerScan = 20'000;
-  constexpr double kInSight_m = 1.5;
+  constexpr double kInSight_m = 1.0;
   const double fall = std::tan(std::clamp(-lowest_deg, 0.0, 80.0) / kDegreesPerRadian);
   SurfaceHeights below;
   SurfaceHeights above;

@@ -33,7 +33,7 @@ struct DirectionFigures {
 struct SurfaceSide {
   std::size_t seen = 0;            ///< metres of path, over all scans, with points there
   std::size_t flat = 0;            ///< seen metres with a level surface
-  std::size_t level = 0;           ///< seen metres about as far away as usual
+  std::size_t level = 0;           ///< flat metres about as far away as usual
   std::size_t level_in_sight = 0;  ///< level metres where ground below would be in sight
   double height_m = 0.0;           ///< median distance from the path
   double scatter_m = 0.0;          ///< four in five metres differ by less from it
@@ -47,7 +47,7 @@ struct DrivenSurface {
 
 /// Looks at the path within 25 m of the scans `indices`, at most 20 scans before them and 100
 /// after, for points 0.08 to 8 m above and below it, along the odometry's z axis. Ground below is
-/// in sight where rays as low as `lowest_deg` are 1.5 m and more below the sensor.
+/// in sight where rays as low as `lowest_deg` are 1 m and more below the sensor.
 [[nodiscard]] DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
                                                    std::span<const std::size_t> indices,
                                                    std::span<const datasets::Scan* const> scans);

@@ -293,13 +293,21 @@ SheetSide sheet_side(const SensorFigures& figures) {
   mirrored.highest_deg = -figures.lowest_deg;
   double upright_off = 2.0 * kUnlike;
   double mirrored_off = 2.0 * kUnlike;
+  bool is_upright = false;
+  bool is_mirrored = false;
   for (const SensorSheet& sheet : sensor_sheets()) {
     if (sheet.model.name == "generic") continue;
-    upright_off = std::min(upright_off, elevations_off(figures, sheet.model));
-    mirrored_off = std::min(mirrored_off, elevations_off(mirrored, sheet.model));
+    const double upright = elevations_off(figures, sheet.model);
+    const double over = elevations_off(mirrored, sheet.model);
+    upright_off = std::min(upright_off, upright);
+    mirrored_off = std::min(mirrored_off, over);
+    // A Mid-360 that sees no ceiling has the elevations of an HDL-64E upside down, but no rings.
+    if ((sheet.model.pattern == ScanPattern::kSpinning) != figures.has_rings()) continue;
+    is_upright = is_upright || upright < kLike;
+    is_mirrored = is_mirrored || over < kLike;
   }
-  if (mirrored_off < kLike && upright_off > kUnlike) return SheetSide::kMirrored;
-  if (upright_off < kLike && mirrored_off > kUnlike) return SheetSide::kUpright;
+  if (is_mirrored && upright_off > kUnlike) return SheetSide::kMirrored;
+  if (is_upright && mirrored_off > kUnlike) return SheetSide::kUpright;
   return SheetSide::kUnknown;
 }
 

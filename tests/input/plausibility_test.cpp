@@ -338,6 +338,26 @@ TEST_CASE("the side that is driven on is near to the path, and equally far from 
   CHECK(up_between(0.4, 5.0, true) == Side::kUnknown);
 }
 
+TEST_CASE("people beside a robot whose LiDAR is upside down are nothing that is driven on") {
+  const Track track{60,
+                    [](std::size_t i) {
+                      Pose pose;
+                      pose.translation.x() = static_cast<double>(i);
+                      return pose;
+                    },
+                    [](std::size_t i) { return static_cast<std::int64_t>(i) * 100'000'000; }};
+  datasets::Scan scan;
+  for (int k = 0; k < 220; ++k) {
+    const float x = 0.1F * static_cast<float>(k);
+    scan.points.push_back({x, 0.0F, 1.0F, 0.0F});
+    if (k < 120) scan.points.push_back({x, 0.0F, -0.1F - 0.1F * static_cast<float>(k % 6), 0.0F});
+  }
+  const std::vector<const datasets::Scan*> scans = {&scan, &scan};
+  const DrivenSurface driven =
+      measure_driven_surface(track, -17.0, std::vector<std::size_t>{10, 20}, scans);
+  CHECK(find_up(driven, SheetSide::kUnknown) == Side::kBelow);
+}
+
 TEST_CASE("a LiDAR that hardly looks down is told by its data sheet") {
   constexpr double kHardly_deg = -2.0;
   const auto mirrored = SheetSide::kMirrored;
@@ -354,10 +374,12 @@ TEST_CASE("a LiDAR that hardly looks down is told by its data sheet") {
     figures.highest_deg = highest_deg;
     return sheet_side(figures);
   };
-  CHECK(side(-24.5, 1.8) == SheetSide::kUpright);
-  CHECK(side(-1.8, 24.5) == SheetSide::kMirrored);
   CHECK(side(-51.0, 6.5) == SheetSide::kMirrored);
   CHECK(side(-6.5, 51.0) == SheetSide::kUpright);
+  CHECK(side(-5.9, 25.5) == SheetSide::kUnknown);  // a Mid-360 that sees no ceiling
+  figures.ring_spacing_deg = 0.4;
+  CHECK(side(-24.5, 1.8) == SheetSide::kUpright);
+  CHECK(side(-1.8, 24.5) == SheetSide::kMirrored);
   CHECK(side(-15.0, 15.0) == SheetSide::kUnknown);
   CHECK(side(-15.0, 4.0) == SheetSide::kUnknown);
 }
