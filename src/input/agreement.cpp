@@ -197,8 +197,4 @@ merge::RegistrationResult ScanPair::registration(const Pose& start) const {
                                 config(first_->cloud_.size(), first_->cloud_.leaf_m()));
 }
 
-Pose ScanPair::registered(const Pose& start) const {
-  return start.is_finite() ? registration(start).T_target_source : Pose();
-}
-
 }  // namespace unimapper::input

@@ -81,8 +81,6 @@ class ScanPair {
 
   /// G-ICP from `start`, which is finite.
   [[nodiscard]] merge::RegistrationResult registration(const Pose& start) const;
-  /// The motion that G-ICP finds from `start`; none where that is not finite.
-  [[nodiscard]] Pose registered(const Pose& start) const;
 
   /// Enough surfaces to tell one motion from another: walls in at least one direction.
   [[nodiscard]] bool is_informative() const;

@@ -314,6 +314,8 @@ AgreementFigures measure_agreement(std::span<const ScanPair> pairs, const Track&
   TurnedMount mount;
   double drift_m = 0.0;
   double displacement_m = 0.0;
+  constexpr double kSlides = 0.03;  // condition; tunnels have no more
+  std::size_t sliding = 0;
   for (const ScanPair& pair : pairs) {
     drift_m = std::max(drift_m,
                        (pair.first_shape().middle() - pairs.front().first_shape().middle()).norm());
@@ -321,24 +323,26 @@ AgreementFigures measure_agreement(std::span<const ScanPair> pairs, const Track&
     displacement_m = std::max(displacement_m, moved.translation.norm());
     if (!pair.is_informative()) continue;
     const Pose given = relative(track, pair.first(), pair.second());
-    Pose registered = pair.registered(given);
-    Agreements agreements{pair.agreement(given), pair.agreement(registered),
+    merge::RegistrationResult found = pair.registration(given.is_finite() ? given : Pose());
+    Agreements agreements{pair.agreement(given), pair.agreement(found.T_target_source),
                           pair.agreement(Pose())};
     // Starts next to each other lead to one motion.
     constexpr double kNear_m = 0.3;
     constexpr double kNear_rad = 3.0 / kDegreesPerRadian;
     if (given.translation.norm() > kNear_m || rotation_angle(given.rotation) > kNear_rad) {
-      const Pose other = pair.registered(Pose());
-      const double agrees = pair.agreement(other);
+      const merge::RegistrationResult other = pair.registration(Pose());
+      const double agrees = pair.agreement(other.T_target_source);
       if (agrees > agreements.registered) {
-        registered = other;
+        found = other;
         agreements.registered = agrees;
       }
     }
-    mount.add(given, registered);
-    means.add({pair.first(), pair.second()}, given, registered, agreements);
+    sliding += found.condition < kSlides ? 1 : 0;
+    mount.add(given, found.T_target_source);
+    means.add({pair.first(), pair.second()}, given, found.T_target_source, agreements);
   }
   AgreementFigures figures = std::move(means).figures();
+  figures.slides = 2 * sliding > figures.pairs;
   figures.drift_m = drift_m;
   figures.displacement_m = displacement_m;
   if (figures.pairs > 0 && figures.given < figures.registered - kTryMistakes) {
@@ -435,12 +439,14 @@ bool has_known_mistake(const AgreementFigures& agreement) {
 }
 
 Finding check_motion(const AgreementFigures& agreement) {
-  constexpr double kUnexplained = 0.1;   // gap
+  constexpr double kWide = 0.15;         // gap where corrections are large
   constexpr double kSurelyWrong = 0.25;  // gap
+  // In a bore registration slides to where joints of the lining coincide by chance.
+  const double unexplained = agreement.slides ? kWide : 0.1;
   const double gap = agreement.registered - agreement.given;
   Finding finding{"motion",    Severity::kFine,
                   100.0 * gap, "% less agreement than registered",
-                  {},          {100.0 * kUnexplained, 100.0 * kSurelyWrong}};
+                  {},          {100.0 * unexplained, 100.0 * kSurelyWrong}};
   if (agreement.pairs == 0) return finding;
   constexpr double kAsWell = 0.03;
   if (agreement.identity >= agreement.registered - kAsWell) {
@@ -450,7 +456,6 @@ Finding check_motion(const AgreementFigures& agreement) {
   // Half a degree of attitude noise opens a gap of a quarter, but moves nothing.
   constexpr double kMoved_m = 0.3;  // corrections; sweeps that are not compensated need less
   constexpr double kTurned_deg = 6.5;
-  constexpr double kWide = 0.15;        // gap where corrections are large
   constexpr double kPassesBy_m = 0.15;  // correction of poses that stand still
   constexpr double kStands_m = 0.02;    // given motion of the pairs
   const double gain = agreement.mistaken - agreement.given;
@@ -475,7 +480,7 @@ Finding check_motion(const AgreementFigures& agreement) {
     for (std::size_t i = 0; i < agreement.remedies.size(); ++i) {
       finding.message += (i == 0 ? "" : " -- or ") + agreement.remedies[i];
     }
-  } else if (gap < kUnexplained) {
+  } else if (gap < unexplained) {
     return finding;
   } else if (agreement.given_motion_m < kStands_m && agreement.correction_m > kPassesBy_m) {
     finding.severity = Severity::kWrong;

@@ -53,6 +53,7 @@ struct AgreementFigures {
   std::vector<std::string> remedies;  ///< of that mistake and those that explain as well
   /// Those correct each pose by itself: none is a scale or an order.
   bool is_by_pose = true;
+  bool slides = false;  ///< registration of most pairs slides, as along a bore
 };
 
 /// How well a pair agrees under motions.
