@@ -25,7 +25,9 @@ void check_stamps(const Trajectory& trajectory, const fs::path& file) {
   if (disorder != stamps.end()) {
     fail(file, "stamps do not increase after " + std::to_string(*disorder) + " ns (pose " +
                    std::to_string(disorder - stamps.begin() + 1) +
-                   "); were they printed with too few digits, or are there two drives in it?");
+                   "); were they printed with too few digits, was the clock set back there, or are "
+                   "there two "
+                   "drives in it? Split it there, and the scans with it");
   }
 }
 

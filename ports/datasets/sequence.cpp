@@ -155,13 +155,28 @@ void note_distance(const TimedPoses& found, Sequence& sequence) {
   sequence.notes.push_back({text, is_warning});
 }
 
+/// Without the poses whose stamp alone contradicts their order.
+Trajectory without_glitches(const Trajectory& trajectory, const fs::path& file,
+                            Sequence& sequence) {
+  RecordedStamps found = check_recorded_stamps(trajectory.stamps_ns, {});
+  // A clock that is set back looks like a second drive: nothing is taken as if it were none.
+  if (!found.steps.empty() || found.glitches == 0) return trajectory;
+  note_stamps(found, "pose", file.string(), sequence.notes);
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < found.is_glitch.size(); ++i) {
+    if (!found.is_glitch[i]) kept.push_back(i);
+  }
+  return {pick(trajectory.poses, kept), pick(trajectory.stamps_ns, kept)};
+}
+
 }  // namespace
 
 Sequence take_by_stamp(const std::vector<fs::path>& files,
                        const std::vector<std::int64_t>& stamps_ns, const Trajectory& trajectory,
                        const fs::path& poses_file) {
-  const TimedPoses found = poses_at(stamps_ns, trajectory, poses_file);
   Sequence sequence;
+  const TimedPoses found =
+      poses_at(stamps_ns, without_glitches(trajectory, poses_file, sequence), poses_file);
   for (std::size_t i = 0; i < files.size(); ++i) {
     if (!found.poses[i]) continue;
     sequence.files.push_back(files[i]);

@@ -203,6 +203,18 @@ TEST_CASE("line numbers in the column of stamps are no stamps") {
   CHECK_THAT(dataset->notes().back().text, Contains("10 scans a second"));
 }
 
+TEST_CASE("poses with a stamp that contradicts the order of their lines are left out") {
+  const auto stamp = [](int i) { return "17000000" + number(10 + i / 10) + "." + number(i % 10); };
+  const Clouds clouds(6, [&](int i) { return stamp(10 * i + 5); });
+  std::string poses;
+  for (int i = 0; i < 60; ++i) poses += tum_line(stamp(i == 27 ? 40 : i), 0.1 * i);
+  const auto dataset = clouds.open_with(poses);
+  CHECK(dataset->scan_count() == 6);
+  CHECK(dataset->pose(2).translation.x() == Approx(2.5));
+  CHECK_THAT(dataset->notes().front().text,
+             Contains("1 pose of ") && Contains("left out, the first pose 27"));
+}
+
 TEST_CASE("a few scans out of order are a warning, many no stamps at all") {
   const Clouds clouds(4, number);
   clouds.write("times.txt", "0\n0.1\n0.05\n0.3\n");
