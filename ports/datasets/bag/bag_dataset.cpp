@@ -56,6 +56,11 @@ LidarPoses poses_of_file(const fs::path& file, PoseSeries& series) {
   poses.last_ns = series.last_ns();
   poses.apart = poses_apart_text(series.stamps_ns());
   poses.notes.push_back({"poses of the LiDAR: " + poses.description, false});
+  if (const std::size_t left_out = trajectory.not_finite + series.repeated(); left_out > 0) {
+    poses.notes.push_back({poses.description + ": " + count_text(left_out, "pose") +
+                               " not finite, or with the stamp of another one, left out",
+                           true});
+  }
   poses.at = [&series](std::int64_t stamp_ns) { return series.at(stamp_ns); };
   return poses;
 }
@@ -70,7 +75,10 @@ class BagDataset final : public Dataset {
     } catch (const SeveralLidarsError& error) {
       throw SeveralLidarsError(path_.string() + ": " + error.what(), error.topics());
     } catch (const DatasetError& error) {
-      fail(path_, error.what());
+      // What is damaged may be why something is missing.
+      std::string text = error.what();
+      for (const std::string& warning : source_->warnings()) text += "; " + warning;
+      fail(path_, text);
     }
   }
 
@@ -219,13 +227,28 @@ class BagDataset final : public Dataset {
           std::abs(other.times.least - layout_.times.least) > layout_.times.span();
       if (begins_elsewhere) layout_.clock->zero = PointClock::Zero::kOwn;
     }
-    const char* without = layout_.has_time_field
-                              ? ", times all the same or of no known unit: no time per point"
-                              : ", no time per point";
+    const std::string without =
+        layout_.has_time_field ? ", times all the same or of no known unit: no time per point"
+                               : ", no time per point (its fields are" + layout_.all_fields + ")";
     notes_.push_back({"scans: " + describe(topic()) +
                           (lidar_.empty() ? std::string() : ", those of '" + lidar_ + "'") +
-                          ", fields " + layout_.description + (layout_.clock ? "" : without),
+                          ", fields " + layout_.description +
+                          (layout_.clock ? std::string() : without),
                       false});
+    if (layout_.are_bytes_swapped) {
+      notes_.push_back({"the points of " + topic().name +
+                            " have their bytes in the other order than is_bigendian says: read in "
+                            "the order that gives distances",
+                        true});
+    }
+    constexpr double kUnread = 0.1;
+    if (layout_.unread_share > kUnread) {
+      notes_.push_back({std::to_string(static_cast<int>(100.0 * layout_.unread_share)) +
+                            " % of the bytes of a message of " + topic().name +
+                            " are of no point and are not read: are its width, height and "
+                            "row_step right?",
+                        true});
+    }
     if (layout_.clock && layout_.clock->zero == PointClock::Zero::kOwn) {
       notes_.push_back(
           {"the points' times are of another clock than the scans' stamps: the first "
@@ -366,15 +389,15 @@ class BagDataset final : public Dataset {
       }
     }
     const std::size_t within = scans.size() - repeated - before - after - scans_.size();
-    require_dense_poses(scans);
-    if (scans_.empty()) {
-      throw DatasetError(
-          "none of its " + count_text(scans.size(), "scan") + " (" +
-          seconds_text(scans.front().stamp_ns) + " to " + seconds_text(scans.back().stamp_ns) +
-          " s) has a pose in " + lidar_poses_.description +
-          (lidar_poses_.covered_time.empty() ? "" : " (" + lidar_poses_.covered_time + ")") +
-          ": are their clocks the same?");
+    constexpr std::size_t kMostRepeated = 3;  // of four: a scan may be there in a few copies
+    if (4 * repeated > kMostRepeated * scans.size()) {
+      throw DatasetError(std::to_string(repeated) + " of " + count_text(scans.size(), "scan") +
+                         " of " + topic().name +
+                         " have the stamp of another: mend the driver's stamps, or leave them at "
+                         "0 in the header for the times of recording to be taken");
     }
+    require_dense_poses(scans, repeated);
+    if (scans_.empty()) fail_unposed(scans);
     note_missing(before, within, after, scans.size());
     if (repeated > 0) {
       notes_.push_back(
@@ -382,14 +405,31 @@ class BagDataset final : public Dataset {
     }
   }
 
+  /// No scan has a pose.
+  [[noreturn]] void fail_unposed(const std::vector<Contents::ScanStamp>& scans) const {
+    const std::string none =
+        "none of its " + count_text(scans.size(), "scan") + " (" +
+        seconds_text(scans.front().stamp_ns) + " to " + seconds_text(scans.back().stamp_ns) +
+        " s) has a pose in " + lidar_poses_.description +
+        (lidar_poses_.covered_time.empty() ? "" : " (" + lidar_poses_.covered_time + ")");
+    if (!lidar_poses_.covered_time.empty() && lidar_poses_.last_ns == 0) {
+      throw DatasetError(none + ": these poses have no stamps; give poses with stamps " +
+                         "(--odometry-topic, --poses), or take the own odometry (--odometry own)");
+    }
+    throw DatasetError(none +
+                       ": are their clocks the same? If not, write both with one clock, or "
+                       "take the own odometry (--odometry own)");
+  }
+
   /// Throws where most scans lie between poses that are too far apart.
-  void require_dense_poses(const std::vector<Contents::ScanStamp>& scans) const {
+  void require_dense_poses(const std::vector<Contents::ScanStamp>& scans,
+                           std::size_t repeated) const {
     if (lidar_poses_.apart.empty()) return;
     const auto covered = static_cast<std::size_t>(
         std::count_if(scans.begin(), scans.end(), [this](const auto& scan) {
           return scan.stamp_ns > lidar_poses_.first_ns && scan.stamp_ns < lidar_poses_.last_ns;
         }));
-    const std::size_t between = covered - std::min(covered, scans_.size());
+    const std::size_t between = covered - std::min(covered, scans_.size() + repeated);
     if (2 * between <= scans.size()) return;
     throw DatasetError(lidar_poses_.description + ": " + lidar_poses_.apart + ": " +
                        std::to_string(between) + " of " + count_text(scans.size(), "scan") +

@@ -80,6 +80,13 @@ void note_frames(const PoseTopic& topic, std::vector<Note>& notes) {
                    true});
 }
 
+void note_invalid(const PoseTopic& topic, std::vector<Note>& notes) {
+  if (topic.invalid == 0) return;
+  notes.push_back({std::to_string(topic.invalid) + " poses of " + topic.description +
+                       " are not finite or no rotation: left out",
+                   true});
+}
+
 [[noreturn]] void fail_alternating(const std::string& whose, const PoseAlternation& found) {
   throw DatasetError("the poses of " + whose + " " + alternation_text(found) +
                      "; does a second node publish there?");
@@ -111,9 +118,11 @@ LidarPoses from_topic(const PoseTopic& topic, const TransformTree& transforms,
                              quoted(is_swapped ? topic.child_frame : topic.frame);
   note_frames(topic, poses.notes);
   note_stamps(topic.stamps, "pose", topic.description, poses.notes);
-  if (topic.invalid > 0) {
-    poses.notes.push_back({std::to_string(topic.invalid) + " poses of " + topic.description +
-                               " are not finite or no rotation: left out",
+  note_invalid(topic, poses.notes);
+  if (2 * topic.poses.repeated() > topic.poses.stamps_ns().size()) {
+    poses.notes.push_back({std::to_string(topic.poses.repeated()) + " poses of " +
+                               topic.description +
+                               " have the stamp of another: of each stamp the last one is taken",
                            true});
   }
   if (topic.child_frame.empty()) {
@@ -309,6 +318,9 @@ LidarPoses find_lidar_poses(const BagPoses& poses, const PoseWish& wish) {
     LidarPoses found;
     found.description = "the transforms from " + quoted(wish.lidar_frame) + " to " + quoted(frame);
     found.notes.push_back({"poses: " + found.description, false});
+    for (const auto& [number, topic] : poses.topics) {
+      if (topic.poses.is_empty()) note_invalid(topic, found.notes);
+    }
     const std::string lidar = wish.lidar_frame;
     const TransformTree& transforms = poses.transforms;
     found.at = [&transforms, frame, lidar](std::int64_t stamp_ns) {
@@ -327,7 +339,9 @@ LidarPoses find_lidar_poses(const BagPoses& poses, const PoseWish& wish) {
     throw DatasetError("holds several topics of poses: " + list +
                        "; choose one with --odometry-topic");
   }
-  return missing_poses();
+  LidarPoses none = missing_poses();
+  for (const auto& [number, topic] : poses.topics) note_invalid(topic, none.notes);
+  return none;
 }
 
 }  // namespace unimapper::datasets::bag

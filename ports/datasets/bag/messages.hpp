@@ -102,6 +102,9 @@ ImuMessage decode_imu(std::string_view bytes, Serialization serialization);
 /// How the points of a topic are read: the same for all its messages, found in one of them.
 struct ScanLayout {
   std::string description;          ///< of the fields used, e.g. "x y z intensity t ring"
+  std::string all_fields;           ///< a blank before each
+  bool are_bytes_swapped = false;   ///< against what the message says of their order
+  double unread_share = 0.0;        ///< of its bytes, which are of no point
   bool has_time_field = false;      ///< though it may tell nothing
   std::optional<PointClock> clock;  ///< empty: no time per point
   TimeRange times;                  ///< of the scan that it was found in, in units of `clock`

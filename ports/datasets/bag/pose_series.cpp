@@ -40,6 +40,7 @@ void PoseSeries::finish() {
   std::vector<Pose> poses;
   for (const std::size_t i : order) {
     if (!stamps_ns.empty() && stamps_ns.back() == stamps_ns_[i]) {
+      if (!is_same_pose(poses.back(), poses_[i])) ++repeated_;
       poses.back() = poses_[i];
       continue;
     }

@@ -37,6 +37,9 @@ class PoseSeries {
   /// The stamps in order; of poses that repeat those of the first and the last.
   [[nodiscard]] std::span<const std::int64_t> stamps_ns() const { return stamps_ns_; }
 
+  /// Poses that `finish` left out for another one of their stamp.
+  [[nodiscard]] std::size_t repeated() const { return repeated_; }
+
   /// Whether they alternate between two trajectories; behind `finish`.
   [[nodiscard]] PoseAlternation alternation() const { return find_alternation(stamps_ns_, poses_); }
 
@@ -47,6 +50,7 @@ class PoseSeries {
  private:
   std::vector<std::int64_t> stamps_ns_;
   std::vector<Pose> poses_;
+  std::size_t repeated_ = 0;
 };
 
 }  // namespace unimapper::datasets::bag

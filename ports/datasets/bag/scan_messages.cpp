@@ -52,13 +52,21 @@ struct Cloud {
   }
 };
 
+std::string extent_text(const Cloud& cloud) {
+  return std::to_string(cloud.height) + " x " + std::to_string(cloud.width) + " points";
+}
+
 /// Throws where points lie outside of the data, so that their number is bounded by it.
 void check_extent(Cloud& cloud, std::uint64_t last_point_bytes) {
   if (cloud.height == 0 || cloud.width == 0) {
+    if (!cloud.data.empty()) {
+      throw DatasetError("it has " + std::to_string(cloud.data.size()) + " bytes of data, but " +
+                         extent_text(cloud) + ": its driver leaves height or width at 0");
+    }
     cloud.height = cloud.width = 0;
     return;
   }
-  if (cloud.point_step == 0) throw DatasetError("its points have no bytes");
+  if (cloud.point_step == 0) throw DatasetError("its points have no bytes (point_step is 0)");
   const std::uint64_t packed_row = cloud.width * cloud.point_step;
   // Some drivers leave the step between rows out.
   cloud.row_step = std::max(cloud.row_step, packed_row);
@@ -67,9 +75,9 @@ void check_extent(Cloud& cloud, std::uint64_t last_point_bytes) {
   const std::uint64_t rows_before = std::uint64_t{cloud.height} - 1;
   if (last_row > cloud.data.size() ||
       rows_before > (cloud.data.size() - last_row) / cloud.row_step) {
-    throw DatasetError(std::to_string(cloud.height) + " x " + std::to_string(cloud.width) +
-                       " points of " + std::to_string(cloud.point_step) + " bytes do not fit its " +
-                       std::to_string(cloud.data.size()) + " bytes of data");
+    throw DatasetError(extent_text(cloud) + " of " + std::to_string(cloud.point_step) +
+                       " bytes do not fit its " + std::to_string(cloud.data.size()) +
+                       " bytes of data");
   }
 }
 
@@ -90,6 +98,10 @@ Cloud read_point_cloud(MessageReader& reader) {
   cloud.point_step = reader.number<std::uint32_t>();
   cloud.row_step = reader.number<std::uint32_t>();
   cloud.data = reader.take(reader.number<std::uint32_t>());
+  const std::uint64_t points = std::uint64_t{cloud.height} * cloud.width;
+  if (cloud.point_step == 0 && points > 0 && cloud.data.size() % points == 0) {
+    cloud.point_step = cloud.data.size() / points;
+  }
   check_extent(cloud, cloud.point_step);
   return cloud;
 }
@@ -150,19 +162,6 @@ struct UsedFields {
   std::string description;
 };
 
-/// The first of `names` that is a field; none gives an empty reader.
-FieldReader find_field(const Cloud& cloud, std::initializer_list<std::string_view> names,
-                       std::string& description) {
-  for (const std::string_view name : names) {
-    for (const Field& field : cloud.fields) {
-      if (lower_case(field.name) != name) continue;
-      description += (description.empty() ? "" : " ") + std::string(field.name);
-      return reader_of(cloud, field);
-    }
-  }
-  return {};
-}
-
 /// Whether its numbers differ, in a few hundred points.
 bool varies(const Cloud& cloud, const FieldReader& field) {
   constexpr std::size_t kMost = 300;
@@ -177,17 +176,21 @@ bool varies(const Cloud& cloud, const FieldReader& field) {
 }
 
 /// The first of `names` that is a field whose numbers differ, else the first that is a field: some
-/// drivers leave one of two at zero.
-FieldReader find_time_field(const Cloud& cloud, std::initializer_list<std::string_view> names,
-                            std::string& description) {
+/// drivers leave one of two unset, also of two with one name. Without any: no field.
+FieldReader find_field(const Cloud& cloud, std::initializer_list<std::string_view> names,
+                       std::string& description) {
+  const Field* found = nullptr;
+  bool is_told = false;
   for (const std::string_view name : names) {
-    std::string with_it = description;
-    const FieldReader field = find_field(cloud, {name}, with_it);
-    if (!field || !varies(cloud, field)) continue;
-    description = with_it;
-    return field;
+    for (const Field& field : cloud.fields) {
+      if (is_told || lower_case(field.name) != name) continue;
+      is_told = varies(cloud, reader_of(cloud, field));
+      if (found == nullptr || is_told) found = &field;
+    }
   }
-  return find_field(cloud, names, description);
+  if (found == nullptr) return {};
+  description += (description.empty() ? "" : " ") + std::string(found->name);
+  return reader_of(cloud, *found);
 }
 
 UsedFields used_fields(const Cloud& cloud) {
@@ -206,12 +209,40 @@ UsedFields used_fields(const Cloud& cloud) {
   }
   used.intensity = find_field(
       cloud, {"intensity", "intensities", "i", "reflectivity", "reflectance", "remission"}, text);
-  used.time = find_time_field(cloud,
-                              {"t", "time", "timestamp", "time_stamp", "time_offset", "offset_time",
-                               "timeoffset", "time_offset_ns", "point_time_offset"},
-                              text);
+  used.time = find_field(cloud,
+                         {"t",
+                          "time",
+                          "timestamp",
+                          "time_stamp",
+                          "time_offset",
+                          "offset_time",
+                          "timeoffset",
+                          "time_offset_ns",
+                          "point_time_offset",
+                          "offset_time_ns",
+                          "t_offset",
+                          "offset",
+                          "point_time",
+                          "relative_time",
+                          "rel_time",
+                          "time_us",
+                          "time_ns",
+                          "timestamp_ns",
+                          "ts",
+                          "dt",
+                          "stamp"},
+                         text);
+  std::string with_ring = text;
   used.ring = find_field(
-      cloud, {"ring", "line", "channel", "laser_id", "laser", "beam", "row", "line_index"}, text);
+      cloud, {"ring", "line", "channel", "laser_id", "laser", "beam", "row", "line_index"},
+      with_ring);
+  // All points of one laser: the driver leaves the field unset.
+  constexpr std::size_t kMany = 100;
+  if (used.ring && std::size_t{cloud.width} * cloud.height > kMany && !varies(cloud, used.ring)) {
+    used.ring = {};
+  } else {
+    text = with_ring;
+  }
   return used;
 }
 
@@ -243,6 +274,46 @@ std::size_t for_each_return(const Cloud& cloud, const UsedFields& fields, const 
     }
   }
   return left_out;
+}
+
+// --- What a message says of itself
+
+/// Share of a few hundred returns whose coordinates are those of a measured point.
+double plausible_share(const Cloud& cloud) {
+  const UsedFields fields = used_fields(cloud);
+  const auto is_plausible = [](float value) {
+    const float size = std::abs(value);
+    return size == 0.0F || (size > 1e-5F && size < 1e6F);
+  };
+  constexpr std::size_t kMost = 300;
+  const std::size_t points = std::size_t{cloud.width} * cloud.height;
+  const std::size_t step = points / kMost + 1;
+  std::size_t returns = 0;
+  std::size_t plausible = 0;
+  for (std::size_t i = 0; i < points; i += step) {
+    const Scan::Point p = point_at(fields, cloud.point(i / cloud.width, i % cloud.width));
+    if (!is_return(p)) continue;
+    ++returns;
+    plausible += is_plausible(p.x) && is_plausible(p.y) && is_plausible(p.z) ? 1 : 0;
+  }
+  return returns == 0 ? 1.0 : static_cast<double>(plausible) / static_cast<double>(returns);
+}
+
+/// True where coordinates are numbers of a LiDAR only with their bytes in the other order.
+bool is_byte_order_wrong(const Cloud& cloud) {
+  constexpr double kFew = 0.2;
+  constexpr double kMost = 0.95;
+  if (plausible_share(cloud) > kFew) return false;
+  Cloud other = cloud;
+  other.is_big_endian = !cloud.is_big_endian;
+  return plausible_share(other) > kMost;
+}
+
+/// Share of the data that is of no point.
+double unread_share(const Cloud& cloud) {
+  if (cloud.data.empty()) return 0.0;
+  const auto read = static_cast<double>(cloud.point_step * cloud.width * cloud.height);
+  return 1.0 - std::min(1.0, read / static_cast<double>(cloud.data.size()));
 }
 
 // --- Time of a point
@@ -329,9 +400,14 @@ ScanLayout find_layout(std::string_view bytes, Serialization serialization, Mess
                        std::int64_t log_time_ns) {
   Cloud cloud = read_cloud(bytes, serialization, kind);
   if (cloud.header.stamp_ns == 0) cloud.header.stamp_ns = log_time_ns;
+  const bool are_bytes_swapped = is_byte_order_wrong(cloud);
+  cloud.is_big_endian = cloud.is_big_endian != are_bytes_swapped;
   const UsedFields fields = used_fields(cloud);
   ScanLayout layout;
+  layout.are_bytes_swapped = are_bytes_swapped;
+  layout.unread_share = unread_share(cloud);
   layout.description = fields.description;
+  for (const Field& field : cloud.fields) layout.all_fields.append(" ").append(field.name);
   layout.has_time_field = static_cast<bool>(fields.time);
   if (fields.time) {
     layout.times = sweep_of(cloud, fields);
@@ -345,6 +421,7 @@ std::size_t decode_scan(std::string_view bytes, Serialization serialization, Mes
                         const ScanLayout& layout, Scan& scan, std::int64_t log_time_ns) {
   Cloud cloud = read_cloud(bytes, serialization, kind);
   if (cloud.header.stamp_ns == 0) cloud.header.stamp_ns = log_time_ns;
+  cloud.is_big_endian = cloud.is_big_endian != layout.are_bytes_swapped;
   const UsedFields fields = used_fields(cloud);
   const bool may_have_time = fields.time && layout.clock.has_value();
   const TimeRange sweep = may_have_time ? sweep_of(cloud, fields) : TimeRange{};

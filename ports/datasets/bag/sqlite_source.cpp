@@ -91,6 +91,14 @@ class SqliteSource final : public MessageSource {
     sqlite3_db_config(database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
     sqlite3_limit(database, SQLITE_LIMIT_LENGTH, static_cast<int>(kMaxBlockBytes));
     sqlite3_exec(database, "PRAGMA cell_size_check = ON", nullptr, nullptr, nullptr);
+    const char* look = "SELECT 1 FROM sqlite_master";
+    if (sqlite3_exec(database, look, nullptr, nullptr, nullptr) != SQLITE_CORRUPT) return;
+    // SQLite reads a file that lacks its end only for those who may write its schema. Here nobody
+    // does: it is open for reading.
+    sqlite3_db_config(database, SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);
+    sqlite3_exec(database, "PRAGMA writable_schema = ON", nullptr, nullptr, nullptr);
+    if (sqlite3_exec(database, look, nullptr, nullptr, nullptr) != SQLITE_OK) return;
+    warn("the end of the database is missing: what lies before is read");
   }
 
   [[nodiscard]] std::string reason() const { return sqlite3_errmsg(database_.get()); }
@@ -98,7 +106,9 @@ class SqliteSource final : public MessageSource {
   Statement prepare(const std::string& query) {
     sqlite3_stmt* statement = nullptr;
     if (sqlite3_prepare_v2(database_.get(), query.c_str(), -1, &statement, nullptr) != SQLITE_OK) {
-      fail(path_, "is no bag of ROS 2: " + reason());
+      const bool is_torn = sqlite3_errcode(database_.get()) == SQLITE_CORRUPT;
+      fail(path_, (is_torn ? "is damaged or cut short; copy it again: " : "is no bag of ROS 2: ") +
+                      reason());
     }
     return Statement(statement);
   }

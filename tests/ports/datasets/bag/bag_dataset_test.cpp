@@ -40,6 +40,11 @@ class Bag {
                [&](int i) { return std::pair(stamp_of(i) + kSecond / 10, message(i)); });
   }
 
+  /// One with each scan.
+  Bag& messages(const std::string& topic, const char* type, const Message& message) {
+    return add(topic, type, 11, [&](int i) { return std::pair(stamp_of(i), message(i)); });
+  }
+
   /// Odometry at 20 Hz, 1 m/s along x from x = 0 at the first scan on.
   Bag& odometry(const std::string& topic = "/odom", const std::string& child = "base_link",
                 double from_s = 0.0, double to_s = 1.0, const std::string& frame = "odom") {
@@ -336,6 +341,29 @@ TEST_CASE("a recording whose scans or poses are missing or do not fit is refused
   Bag bag;
   bag.scans().odometry("/odom", "lidar", -1.05, -1.0).odometry("/other", "lidar", 2.05, 2.1);
   CHECK_THAT(bag.error({.odometry_topic = "/odom"}), Contains("are their clocks the same?"));
+}
+
+TEST_CASE("stamps that are all one, and poses without stamps, are refused as such") {
+  CHECK_THAT(
+      Bag()
+          .scans("/points", [](int i) { return cloud_message(kEncoding, kStart, cloud_of(i)); })
+          .odometry("/odom", "lidar", -1.0, 1.0)
+          .error(),
+      Contains("10 of 11 scans of /points have the stamp of another"));
+  Bag unstamped;
+  unstamped.scans().messages("/odom", "nav_msgs/msg/Odometry", [](int i) {
+    return odometry_message(kEncoding, 0, at_x(0.1 * i), "odom", "lidar");
+  });
+  CHECK_THAT(unstamped.error(), Contains("these poses have no stamps"));
+}
+
+TEST_CASE("odometry of which no pose can be used is named where others take its place") {
+  Bag bag;
+  bag.scans().moving("odom", "lidar").messages("/odom", "nav_msgs/msg/Odometry", [](int i) {
+    return odometry_message(kEncoding, stamp_of(i), at_x(std::nan("")), "odom", "lidar");
+  });
+  CHECK_THAT(notes_text(*bag.open()), Contains("! 11 poses of /odom (nav_msgs/Odometry, 11 "
+                                               "messages) are not finite or no rotation"));
 }
 
 TEST_CASE("odd messages of a scan topic are left out, counted and named, up to a tenth") {

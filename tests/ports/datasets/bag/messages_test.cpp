@@ -197,6 +197,42 @@ TEST_CASE("points may be big endian in a little-endian message") {
   CHECK(scan.view()[0] == Eigen::Vector3f(1.0F, -2.0F, 0.5F));
 }
 
+TEST_CASE("a wrong order of bytes is told by the distances that it gives") {
+  CloudOfMessage cloud = plain_cloud({{1, 2, 3}, {kNan, kNan, kNan}, {0, 0, 0}, {4, 5, 6}});
+  cloud.is_big_endian = true;
+  const auto bytes = cloud_message(Encoding::kRos1, kStamp_ns, cloud);
+  CHECK(find_layout(bytes, Serialization::kRos1, MessageKind::kPointCloud).are_bytes_swapped);
+  const Scan scan = decode(cloud);
+  REQUIRE(scan.points.size() == 2);
+  CHECK(scan.view()[1] == Eigen::Vector3f(4, 5, 6));
+}
+
+TEST_CASE("of two fields with one name the one with differing numbers is taken") {
+  CloudOfMessage cloud;
+  cloud.width = 2;
+  cloud.fields = {{"x", 0, 7}, {"y", 0, 7}, {"z", 0, 7}, {"x", 4, 7}, {"y", 8, 7}};
+  cloud.point_step = 12;
+  cloud.data = packed(0.0F, 1.0F, 2.0F, 0.0F, 4.0F, 5.0F);
+  CHECK(decode(cloud).view()[1] == Eigen::Vector3f(4, 5, 0));
+}
+
+TEST_CASE("a ring that is the same of many points is no ring") {
+  const std::vector<std::uint16_t> same(101, 0);
+  CHECK(decode(cloud_with<std::uint16_t>("ring", 4, same)).ring.empty());
+}
+
+TEST_CASE("a cloud tells what its sizes leave out, and a size that was left at 0") {
+  CloudOfMessage cloud = plain_cloud({{1, 2, 3}, {4, 5, 6}});
+  cloud.point_step = 0;
+  CHECK(decode(cloud).view()[1] == Eigen::Vector3f(4, 5, 6));
+  cloud.point_step = 12;
+  cloud.width = 1;
+  const auto bytes = cloud_message(Encoding::kRos1, kStamp_ns, cloud);
+  CHECK(find_layout(bytes, Serialization::kRos1, MessageKind::kPointCloud).unread_share == 0.5);
+  cloud.width = 0;
+  CHECK_THAT(error_of([&] { decode(cloud); }), Contains("24 bytes of data, but 1 x 0 points"));
+}
+
 TEST_CASE("rows of an organised cloud may be padded, and number the lasers where no field does") {
   CloudOfMessage cloud = rows(2, 1, 16);
   cloud.data = packed(1.0F, 1.0F, 1.0F, 9.0F, 2.0F, 2.0F, 2.0F);
@@ -383,6 +419,7 @@ TEST_CASE("a cloud that cannot be is refused with the reason") {
   CHECK_THAT(error(cloud), Contains("no x, y and z but x y depth"));
   cloud = plain_cloud({{1, 2, 3}});
   cloud.point_step = 0;
+  cloud.width = 5;
   CHECK_THAT(error(cloud), Contains("its points have no bytes"));
 }
 

@@ -63,6 +63,14 @@ TEST_CASE("a database that is damaged anywhere is an error, a warning, or of no 
   }
 }
 
+TEST_CASE("of a database without its end the messages before are read, with a warning") {
+  const std::string bytes = read_bytes(foreign_file("drive_zstd.db3"));
+  const OpenedBag bag("drive.db3", bytes.substr(0, bytes.size() - 1024));
+  REQUIRE(bag->warnings().size() >= 1);
+  CHECK_THAT(bag->warnings()[0], Contains("the end of the database is missing"));
+  CHECK(bag->messages(1).size() > 8);
+}
+
 TEST_CASE("a torn database and one that is no bag are refused by name") {
   const std::string bytes = read_bytes(foreign_file("drive_zstd.db3"));
   std::string other = bytes;
