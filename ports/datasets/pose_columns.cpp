@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "ports/datasets/files.hpp"
 
@@ -20,8 +21,19 @@ std::string plain(std::string_view name) {
   return lower;
 }
 
+/// Of a stamp in two columns: "nsec", "header.stamp.nanosec".
+bool is_nanoseconds(std::string_view name) {
+  if (name.ends_with('s')) name.remove_suffix(1);
+  return name.ends_with("nsec") || name.ends_with("nanosec") || name.ends_with("nanosecond");
+}
+
+bool is_seconds(std::string_view name) {
+  if (name.ends_with('s')) name.remove_suffix(1);
+  return name.ends_with("sec") || name.ends_with("second");
+}
+
 bool is_stamp(std::string_view name) {
-  return name == "t" || name == "ns" || name == "sec" || contains(name, "time") ||
+  return name == "t" || name == "ns" || is_seconds(name) || contains(name, "time") ||
          contains(name, "stamp");
 }
 
@@ -82,11 +94,16 @@ std::optional<PoseColumns> columns_by_header(const Columns& names) {
     column = index;
     return true;
   };
+  bool has_seconds = false;
   for (std::size_t i = 0; i < names.count; ++i) {
     const std::string name = plain(names.text[i]);
     if (name.empty()) continue;
+    if (is_nanoseconds(name)) {
+      set(columns.nanoseconds, i);
+      continue;
+    }
     if (is_stamp(name)) {
-      set(columns.stamp, i);  // of several, the first
+      if (set(columns.stamp, i)) has_seconds = is_seconds(name);  // of several, the first
       continue;
     }
     constexpr std::string_view kAxes = "xyzw";
@@ -98,6 +115,8 @@ std::optional<PoseColumns> columns_by_header(const Columns& names) {
       if (!set(columns.position[axis], i)) return std::nullopt;
     }
   }
+  if (columns.stamp == PoseColumns::kNone) std::swap(columns.stamp, columns.nanoseconds);
+  if (!has_seconds) columns.nanoseconds = PoseColumns::kNone;
   const auto is_missing = [](std::size_t column) { return column == PoseColumns::kNone; };
   const bool is_whole =
       std::none_of(columns.position.begin(), columns.position.end(), is_missing) &&

@@ -17,6 +17,7 @@ struct PoseColumns {
   static constexpr std::size_t kNone = SIZE_MAX;
   std::size_t count = 0;                    ///< columns of a line
   std::size_t stamp = kNone;                ///< kNone: no stamps
+  std::size_t nanoseconds = kNone;          ///< of `stamp`, which is whole seconds then; or kNone
   std::array<std::size_t, 3> position{};    ///< x y z
   std::array<std::size_t, 4> quaternion{};  ///< x y z w
   std::size_t matrix = kNone;               ///< first value of a matrix by rows, or kNone

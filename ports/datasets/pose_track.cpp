@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <numeric>
 #include <span>
 
 #include "ports/datasets/files.hpp"
@@ -17,18 +18,54 @@ namespace {
 /// Stamps printed with few digits may end a little before the last scan.
 constexpr std::int64_t kRounding_ns = 1'000'000;
 
-void check_stamps(const Trajectory& trajectory, const fs::path& file) {
-  if (trajectory.poses.empty()) fail(file, "holds no poses");
-  const auto& stamps = trajectory.stamps_ns;
-  if (stamps.empty()) fail_at_line(file, 1, "expected t x y z qx qy qz qw");
-  const auto disorder = std::adjacent_find(stamps.begin(), stamps.end(), std::greater_equal<>());
-  if (disorder != stamps.end()) {
-    fail(file, "stamps do not increase after " + std::to_string(*disorder) + " ns (pose " +
-                   std::to_string(disorder - stamps.begin() + 1) +
-                   "); were they printed with too few digits, was the clock set back there, or are "
-                   "there two "
-                   "drives in it? Split it there, and the scans with it");
+double way_m(const std::vector<Pose>& poses) {
+  double way = 0.0;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    way += (poses[i].translation - poses[i - 1].translation).norm();
   }
+  return way;
+}
+
+/// Poses by stamp, each once. Sorting mends a file whose order was lost; of two drives in it, or
+/// where a clock was set back, it makes a zigzag.
+Trajectory in_order(const Trajectory& given, const fs::path& file, TimedPoses& found) {
+  if (given.poses.empty()) fail(file, "holds no poses");
+  if (given.stamps_ns.empty()) fail_at_line(file, 1, "expected t x y z qx qy qz qw");
+  std::vector<std::size_t> order(given.poses.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return given.stamps_ns[a] < given.stamps_ns[b];
+  });
+  found.was_sorted = !std::is_sorted(order.begin(), order.end());
+  constexpr double kPrinted = 1e-6;  // of a copy
+  Trajectory sorted;
+  for (const std::size_t i : order) {
+    if (!sorted.poses.empty() && sorted.stamps_ns.back() == given.stamps_ns[i]) {
+      const double apart_m = (sorted.poses.back().translation - given.poses[i].translation).norm();
+      if (apart_m > kPrinted ||
+          !sorted.poses.back().rotation.isApprox(given.poses[i].rotation, kPrinted)) {
+        char apart[32];
+        std::snprintf(apart, sizeof apart, "%.3f", apart_m);
+        fail(file, "stamps do not increase after " + std::to_string(given.stamps_ns[i]) +
+                       " ns (pose " + std::to_string(i) + "): two poses " + apart +
+                       " m apart have this stamp; were stamps printed with too few digits, or are "
+                       "there two drives in it?");
+      }
+      ++found.copies;
+      continue;
+    }
+    sorted.stamps_ns.push_back(given.stamps_ns[i]);
+    sorted.poses.push_back(given.poses[i]);
+  }
+  if (found.was_sorted && way_m(sorted.poses) > way_m(given.poses)) {
+    const auto disorder =
+        std::adjacent_find(given.stamps_ns.begin(), given.stamps_ns.end(), std::greater<>());
+    fail(file, "stamps do not increase after " + std::to_string(*disorder) + " ns (pose " +
+                   std::to_string(disorder - given.stamps_ns.begin() + 1) +
+                   "), and in order of their stamps poses jump to and fro: are there two drives in "
+                   "it, or was a clock set back? Give each part as a recording of its own");
+  }
+  return sorted;
 }
 
 /// Unsigned: the difference of two foreign stamps may not fit.
@@ -130,15 +167,15 @@ std::string remedy_for_sparse_poses() {
          "have a pose of their own";
 }
 
-TimedPoses poses_at(const std::vector<std::int64_t>& stamps_ns, const Trajectory& trajectory,
+TimedPoses poses_at(const std::vector<std::int64_t>& stamps_ns, const Trajectory& given,
                     const fs::path& file) {
-  check_stamps(trajectory, file);
+  TimedPoses found;
+  const Trajectory trajectory = in_order(given, file, found);
   const PoseAlternation alternation = find_alternation(trajectory.stamps_ns, trajectory.poses);
   if (alternation.is_of_two()) {
     fail(file, "its poses " + alternation_text(alternation) + "; are those of two programs in it?");
   }
   const PoseTrack track(trajectory);
-  TimedPoses found;
   for (const std::int64_t stamp_ns : stamps_ns) track.find(stamp_ns, found);
   const std::size_t missing = found.outside + found.in_gaps;
   if (2 * missing <= stamps_ns.size()) return found;

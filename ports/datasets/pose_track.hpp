@@ -21,13 +21,17 @@ struct TimedPoses {
   std::int64_t farthest_ns = 0;            ///< from a scan's stamp to the nearest pose, at most
   std::size_t outside = 0;                 ///< scans before the first or after the last pose
   std::size_t in_gaps = 0;  ///< scans between poses farther apart than `kMaxPoseGap_ns`
+  std::size_t copies = 0;   ///< poses that are there twice
+  bool was_sorted = false;  ///< the file's order was another
 };
 
-/// The pose at each of `stamps_ns`, interpolated between its neighbours in `trajectory` (read from
-/// `file`). Throws DatasetError where the trajectory has no poses or no stamps that increase,
-/// where they are those of two trajectories, or where fewer than half of the scans get a pose.
+/// The pose at each of `stamps_ns`, interpolated between its neighbours in `given` (read from
+/// `file`). Poses in another order are sorted where that makes their way shorter. Throws
+/// DatasetError where the trajectory has no poses or no stamps, where poses of one stamp differ,
+/// where sorting makes the way longer, where they are those of two trajectories, or where fewer
+/// than half of the scans get a pose.
 [[nodiscard]] TimedPoses poses_at(const std::vector<std::int64_t>& stamps_ns,
-                                  const Trajectory& trajectory, const std::filesystem::path& file);
+                                  const Trajectory& given, const std::filesystem::path& file);
 
 /// How often poses jump to another place and come back.
 struct PoseAlternation {

@@ -1,7 +1,9 @@
 #include "ports/datasets/poses.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <span>
 #include <string>
 
@@ -102,6 +104,9 @@ class TrajectoryParser {
   Trajectory parse_all() {
     for_each_line(text_, [&](std::string_view line, std::size_t number) { parse(line, number); });
     if (rows_ % 4 != 0) fail(file_, "the last 4x4 matrix has fewer than four rows");
+    if (trajectory_.poses.empty() && trajectory_.not_finite > 0) {
+      fail_at_line(file_, first_not_finite_, "the pose is not finite, nor is any other");
+    }
     trajectory_.stamps_ns = parse_stamps(stamps_, lines_, file_, unit_);
     return std::move(trajectory_);
   }
@@ -113,13 +118,20 @@ class TrajectoryParser {
     if (columns.count == 0) {
       // "# timestamp tx ty tz qw qx qy qz" tells the order as well as a header does.
       const bool is_comment = content.size() < line.size() && !is_known_;
-      if (is_comment) comment_ = without_units(line.substr(content.size() + 1));
+      if (is_comment) {
+        line.remove_prefix(std::min(line.find_first_not_of("#/% ", content.size()), line.size()));
+        comment_ = without_units(line);
+      }
       return;
     }
     const bool may_be_header = !is_known_ && rows_ == 0;
     if (may_be_header && !to_number(columns.text[0])) return parse_header(content, number);
     if (!is_known_ && columns.count == 4) return parse_row(columns, number);
     if (!is_known_) choose(columns, number);
+    if (meaning_.stamp != PoseColumns::kNone && is_without_pose(columns)) {
+      if (trajectory_.not_finite++ == 0) first_not_finite_ = number;
+      return;
+    }
     if (columns.count != meaning_.count) {
       fail_at_line(file_, number,
                    "expected " + std::to_string(meaning_.count) + " columns like the lines " +
@@ -128,14 +140,28 @@ class TrajectoryParser {
     parse_pose(columns, number);
   }
 
+  /// A lost tracker writes NaN, a spreadsheet nothing.
+  [[nodiscard]] bool is_without_pose(const Columns& columns) const {
+    if (columns.count == 1) return meaning_.count > 1 && meaning_.stamp == 0;
+    for (std::size_t i = 0; i < std::min(columns.count, Columns::kMost); ++i) {
+      const auto value = to_number(columns.text[i]);
+      if (i != meaning_.stamp && value && !std::isfinite(*value)) return true;
+    }
+    return false;
+  }
+
   void parse_header(std::string_view line, std::size_t number) {
     const std::string header = without_units(line);
     const Columns names = split_columns(header);
     const auto meaning = columns_by_header(names);
     if (!meaning) {
+      constexpr std::size_t kLeastNames = 7;
       // Garbage is no header: its first word says more than what would be accepted.
       fail_at_line(file_, number,
                    quoted(split_columns(line).text[0]) + " is not a number" +
+                       (names.count >= kLeastNames ? ", nor is this a header that names each of x "
+                                                     "y z qx qy qz qw"
+                                                   : "") +
                        (names_angles(names) ? ", and a header with angles is not read: convert "
                                               "them to a quaternion; "
                                             : "; ") +
@@ -164,7 +190,7 @@ class TrajectoryParser {
           "this is a log of FAST-LIO or Point-LIO, of the IMU and from time 0 on, and does "
           "not tell rotation vectors from angles; write the poses of the LiDAR from "
           "/Odometry as poses_tum.txt (t x y z qx qy qz qw), or hand in a bag with that "
-          "topic; --own-odometry goes without");
+          "topic; --odometry own goes without");
     }
     const bool may_be_angles = count >= 3 && count <= 7;
     fail_at_line(file_, number,
@@ -199,7 +225,7 @@ class TrajectoryParser {
       fail_at_line(file_, number, "expected a row of a 4x4 matrix like the lines before");
     }
     if (meaning_.stamp != PoseColumns::kNone) {
-      stamps_.push_back(columns.text[meaning_.stamp]);
+      stamps_.push_back(stamp_of(columns, number));
       lines_.push_back(number);
     }
     trajectory_.poses.push_back(
@@ -207,6 +233,20 @@ class TrajectoryParser {
             ? parse_position_quaternion(columns, meaning_, file_, number)
             : parse_matrix(std::span(columns.text).subspan(meaning_.matrix, meaning_.matrix_values),
                            file_, number));
+  }
+
+  /// Seconds with the nanoseconds of another column behind their point.
+  std::string_view stamp_of(const Columns& columns, std::size_t number) {
+    const std::string_view seconds = columns.text[meaning_.stamp];
+    if (meaning_.nanoseconds == PoseColumns::kNone) return seconds;
+    const double ns = parse_number(columns.text[meaning_.nanoseconds], file_, number);
+    constexpr double kMost = 999'999'999.0;
+    if (!(ns >= 0.0 && ns <= kMost)) {
+      fail_at_line(file_, number, "nanoseconds of a stamp are not between 0 and 1e9");
+    }
+    std::string digits = std::to_string(std::llround(ns));
+    digits.insert(0, 9 - digits.size(), '0');
+    return joined_.emplace_back(std::string(seconds.substr(0, seconds.find('.'))) + "." + digits);
   }
 
   std::string_view text_;
@@ -217,7 +257,9 @@ class TrajectoryParser {
   std::string comment_;  // the last one before the poses
   std::size_t rows_ = 0;
   std::array<double, 16> matrix_{};
+  std::size_t first_not_finite_ = 0;  // line
   std::vector<std::string_view> stamps_;
+  std::deque<std::string> joined_;  // stamps of two columns
   std::vector<std::size_t> lines_;
   Trajectory trajectory_;
 };

@@ -183,6 +183,15 @@ Sequence take_by_stamp(const std::vector<fs::path>& files,
     sequence.poses.push_back(*found.poses[i]);
     sequence.stamps_ns.push_back(stamps_ns[i]);
   }
+  const auto note_poses = [&](std::size_t count, const char* what) {
+    if (count == 0) return;
+    sequence.notes.push_back(
+        {poses_file.string() + ": " + std::to_string(count) + " poses " + what, true});
+  };
+  note_poses(trajectory.not_finite, "are not finite and are left out");
+  note_poses(found.copies, "are there twice and are taken once");
+  note_poses(found.was_sorted ? trajectory.poses.size() : 0,
+             "are not in the order of their stamps: sorted");
   note_distance(found, sequence);
   return sequence;
 }
@@ -231,6 +240,12 @@ class Association {
 
   void take_by_line() {
     const auto& trajectory = parts_.trajectory;
+    if (trajectory.not_finite > 0) {
+      fail(parts_.poses_file, std::to_string(trajectory.not_finite) +
+                                  " poses are not finite, so lines do not number the scans: give "
+                                  "stamps to the scans (times.txt, or as their names), or leave "
+                                  "these scans out");
+    }
     const auto lines = match_lines(parts_.files, trajectory.poses.size(), parts_.poses_file,
                                    "poses", parts_.are_numbered_by_line);
     sequence_.poses = pick(trajectory.poses, lines);

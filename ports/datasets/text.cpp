@@ -1,5 +1,6 @@
 #include "ports/datasets/text.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -31,7 +32,12 @@ Columns split_columns(std::string_view line) {
   return columns;
 }
 
-std::string_view without_comment(std::string_view line) { return line.substr(0, line.find('#')); }
+std::string_view without_comment(std::string_view line) {
+  // "%time" is a header of rostopic.
+  const std::string_view text = line.substr(std::min(line.find_first_not_of(" \t"), line.size()));
+  if (text.starts_with("//") || text.starts_with("% ")) return {line.data(), 0};
+  return line.substr(0, line.find('#'));
+}
 
 std::string quoted(std::string_view text) {
   constexpr std::size_t kShown = 32;

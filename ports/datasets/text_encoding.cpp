@@ -116,6 +116,16 @@ std::string plain_text(std::string bytes) {
   return text;
 }
 
-std::string read_text(const std::filesystem::path& file) { return plain_text(read_file(file)); }
+std::string read_text(const std::filesystem::path& file) {
+  std::string bytes = read_file(file);
+  for (const auto& [begin, remedy] :
+       {std::pair{"\x1f\x8b", "compressed: unpack with `gunzip`"},
+        std::pair{"\x28\xb5\x2f\xfd", "compressed: unpack with `unzstd`"},
+        std::pair{"PK\x03\x04",
+                  "a ZIP archive or a spreadsheet: unpack it, or export it as CSV"}}) {
+    if (bytes.starts_with(begin)) fail(file, remedy);
+  }
+  return plain_text(std::move(bytes));
+}
 
 }  // namespace unimapper::datasets

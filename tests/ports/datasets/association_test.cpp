@@ -42,6 +42,29 @@ struct Clouds : TemporaryDirectory {
 
 }  // namespace
 
+TEST_CASE("poses in another order, or twice, are those of the same drive") {
+  const Clouds scans(4, [](int i) { return "12." + number(i); });
+  const auto dataset =
+      scans.open_with(tum_line("12.2", 2) + tum_line("12.0", 0) + tum_line("12.0", 0) +
+                      tum_line("12.3", 3) + tum_line("12.1", 1));
+  REQUIRE(dataset->scan_count() == 4);
+  CHECK(dataset->pose(2).translation.x() == 2.0);
+  CHECK_THAT(notes_text(*dataset), Contains("1 poses are there twice") &&
+                                       Contains("not in the order of their stamps: sorted"));
+  CHECK_THAT(scans.error_with(tum_line("12.0", 0) + tum_line("12.0", 1)),
+             Contains("two poses 1.000 m apart have this stamp"));
+  // A clock that was set back.
+  CHECK_THAT(scans.error_with(tum_line("12.0", 0) + tum_line("12.2", 1) + tum_line("12.1", 2) +
+                              tum_line("12.3", 3)),
+             Contains("was a clock set back"));
+}
+
+TEST_CASE("poses that are not finite do not number scans") {
+  const Clouds scans(2, [](int i) { return number(i); });
+  CHECK_THAT(scans.error_with(tum_line("12.0", 0) + "12.1 nan nan nan nan nan nan nan\n"),
+             Contains("1 poses are not finite") && Contains("times.txt"));
+}
+
 TEST_CASE("natural order is an order of all names") {
   const std::vector<std::string> names = {"",     "1",    "01",    "2",     "10",
                                           "a",    "a1",   "a1b",   "a2",    "a10",

@@ -153,7 +153,7 @@ TEST_CASE("a HeLiPR sequence that does not fit together is refused") {
   const std::string pose = " 0 0 0 0 0 0 1\n";
   check_refusals({{"", {"no poses"}},
                   {kIdentityLine, {"expected t x y z qx qy qz qw"}},
-                  {"5" + pose + "5" + pose, {"do not increase after 5"}},
+                  {"5" + pose + "5 1 0 0 0 0 0 1\n", {"do not increase after 5"}},
                   {"5" + pose, {"covers none of the scans"}},
                   {"5" + pose + "9000000000" + pose, {"poses are 9.0 s apart"}},
                   {"1.5" + pose, {"whole nanoseconds"}}},

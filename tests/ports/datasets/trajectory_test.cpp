@@ -117,6 +117,28 @@ TEST_CASE("a header names the columns, also as a comment, whatever their order i
   CHECK(trajectory_of(text).stamps_ns == std::vector<std::int64_t>{1691936557946849179});
 }
 
+TEST_CASE("lines that hold no pose are left out: comments, stamps of a lost tracker") {
+  const Trajectory found = trajectory_of(
+      "// by a mapper\n% t x y z qx qy qz qw\n1 1 2 3 0 0 0 1\n2 nan nan nan nan nan nan nan\n"
+      "3,,,,,,,\n4 5 6 7 0 0 0 1\n");
+  CHECK(found.stamps_ns == std::vector<std::int64_t>{1'000'000'000, 4'000'000'000});
+  CHECK(found.poses.size() == 2);
+  CHECK(found.not_finite == 2);
+}
+
+TEST_CASE("seconds and nanoseconds of a stamp may be two columns") {
+  const std::string header = GENERATE("sec,nsec", "header.stamp.sec,header.stamp.nanosec");
+  CHECK(
+      trajectory_of(header + ",x,y,z,qx,qy,qz,qw\n1691936557,46849179,1,2,3,0,0,0,1\n").stamps_ns ==
+      std::vector<std::int64_t>{1691936557046849179});
+}
+
+TEST_CASE("a pose file that is compressed is refused with what unpacks it") {
+  const TemporaryDirectory directory;
+  CHECK_THAT(error_of([&] { (void)read_text(directory.write("poses.txt", "\x1f\x8b\x08")); }),
+             Contains("gunzip"));
+}
+
 TEST_CASE("what is not a pose is refused with what is accepted") {
   for (const auto& [text, reason] :
        {std::pair("1 2 3 4 0.1 0.2 0.3\n", "angles"), std::pair("1 2 3 0.1 0.2\n", "angles"),
