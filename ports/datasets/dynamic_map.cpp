@@ -114,6 +114,10 @@ std::unique_ptr<Dataset> open_dynamic_map(const fs::path& directory,
                                  kDefaultPeriod_ns);
     sequence.poses.push_back(read_viewpoint(file));
   }
+  sequence.notes.push_back(
+      {"points are taken to lie in the world, and VIEWPOINT for where they were seen from; if they "
+       "lie in the sensor's frame, write the viewpoints as poses.txt (t x y z qx qy qz qw)",
+       false, true});
   return std::make_unique<DynamicMapDataset>(std::move(sequence));
 }
 

@@ -277,6 +277,14 @@ RecordLayout record_layout(const Layout& layout) {
   return records;
 }
 
+/// More than padding behind the points: they are fewer than were measured.
+void refuse_surplus(const fs::path& file, std::size_t left, std::size_t all, std::size_t points) {
+  if (left <= all / 10) return;
+  fail(file, std::to_string(left) + " of " + std::to_string(all) +
+                 " bytes of data lie behind the " + std::to_string(points) +
+                 " points announced: are POINTS, WIDTH and HEIGHT right?");
+}
+
 void parse_binary(std::string_view bytes, const fs::path& file, const Layout& layout, Scan& scan) {
   (void)find_wanted(layout, file);  // refuses a file without coordinates
   const std::string_view data = bytes.substr(layout.data_offset);
@@ -287,6 +295,7 @@ void parse_binary(std::string_view bytes, const fs::path& file, const Layout& la
                        std::to_string(layout.point_bytes) + " bytes announced, " +
                        std::to_string(data.size() / layout.point_bytes) + " are there");
   }
+  refuse_surplus(file, data.size() - points * layout.point_bytes, data.size(), points);
   decode_records(data.substr(0, points * layout.point_bytes), record_layout(layout), scan);
 }
 
@@ -389,6 +398,9 @@ void parse_ascii(std::string_view bytes, const fs::path& file, const Layout& lay
                  "truncated: " + std::to_string(layout.header.points) + " points announced, " +
                      std::to_string(scan.points.size()) + " are there");
   }
+  const std::size_t end = bytes.find_last_not_of(" \t\r\n") + 1;
+  refuse_surplus(file, std::max(end, at) - at, bytes.size() - layout.data_offset,
+                 layout.header.points);
   builder.finish();
 }
 

@@ -51,7 +51,7 @@ struct OtherFile {
   std::string_view remedy;
 };
 
-constexpr std::array<OtherFile, 15> kOtherFiles = {{
+constexpr std::array<OtherFile, 17> kOtherFiles = {{
     {".gz", "compressed: unpack with `gunzip`"},
     {".bz2", "compressed: unpack with `bunzip2`"},
     {".xz", "compressed: unpack with `unxz`"},
@@ -66,6 +66,8 @@ constexpr std::array<OtherFile, 15> kOtherFiles = {{
     {".las", "LAS, which is not read: convert to PLY, e.g. with CloudCompare"},
     {".laz", "LAZ, which is not read: convert to PLY, e.g. with CloudCompare"},
     {".e57", "E57, which is not read: convert to PLY, e.g. with CloudCompare"},
+    {".npy", "NumPy, which is not read: write x y z intensity as float32 with tofile() to *.bin"},
+    {".npz", "NumPy, which is not read: write x y z intensity as float32 with tofile() to *.bin"},
     {".pcap", "packets of a sensor, which are not read: convert to PCD with its maker's tool"},
 }};
 
