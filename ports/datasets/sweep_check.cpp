@@ -34,8 +34,10 @@ class WindowTimes {
   explicit WindowTimes(const Dataset& dataset) : dataset_(dataset) {}
   bool of_scan(std::size_t i) {
     dataset_.read_scan(i, scan_);
-    if (scan_.time_s.empty()) without_.push_back(i);
-    return !scan_.time_s.empty();
+    // A scan that cannot be read has no points, and says nothing.
+    const bool is_without = scan_.time_s.empty() && !scan_.points.empty();
+    if (is_without) without_.push_back(i);
+    return !is_without;
   }
   bool operator()(const Window& window) {
     const bool is_known = std::any_of(without_.begin(), without_.end(), [&](std::size_t i) {

@@ -50,6 +50,7 @@ struct RoomOptions {
   double time_sign = 1.0;
   bool is_stamped_at_start = false;  ///< times all the same count from the end
   bool has_odometry = true;
+  bool are_some_lost = false;  ///< every tenth scan has no points
 };
 
 /// Sweeps of a sensor with eight rings.
@@ -62,6 +63,7 @@ class Room : public Dataset {
   [[nodiscard]] std::size_t scan_count() const override { return kScans; }
   void read_scan(std::size_t i, Scan& scan) const override {
     scan.reset(0);
+    if (options_.are_some_lost && i % 10 == 3) return;
     const double end_s = kSweep_s * static_cast<double>(i + 1);
     for (int column = 0; column < 360; ++column) {
       const double since_end_s = kSweep_s * (column / 360.0 - 1.0);
@@ -155,6 +157,10 @@ TEST_CASE("compensated points lie where they would have been measured at the sta
   Scan scan;
   dataset->read_scan(3, scan);
   CHECK(scan.time_s.empty());
+}
+
+TEST_CASE("scans that cannot be read do not keep the others from being compensated") {
+  CHECK(blur(*deskewed_room({.are_some_lost = true})) < 0.003);
 }
 
 TEST_CASE("the poses of scans serve where there is no odometry of its own rate") {
