@@ -27,19 +27,20 @@ constexpr std::chrono::milliseconds kAnswerInterval{200};
 /// What may wait while keyframes are decoded, and is announced to the robots as their window.
 constexpr std::size_t kQueueBytes = 16U << 20U;
 
+bool is_udp(const std::string& url) { return url.rfind("udpm:", 0) == 0; }
+
 std::unique_ptr<lcm::LCM> open_lcm(const std::string& url) {
   const std::string fault = address_fault(url);
   if (!fault.empty()) throw LinkError("\"" + url + "\": " + fault);
   auto link = std::make_unique<lcm::LCM>(url);
   if (!link->good()) {
-    throw LinkError(url +
-                    ": LCM cannot be opened (a multicast route is needed, e.g. "
-                    "\"ip route add 224.0.0.0/4 dev lo\" for this machine only)");
+    throw LinkError(url + ": LCM cannot be opened" +
+                    (is_udp(url) ? " (a multicast route is needed, e.g. "
+                                   "\"ip route add 224.0.0.0/4 dev lo\" for this machine only)"
+                                 : ": can that file be read and written?"));
   }
   return link;
 }
-
-bool is_udp(const std::string& url) { return url.rfind("udpm:", 0) == 0; }
 
 /// Value of the option in a URL's query, if it is there.
 std::optional<std::uint64_t> url_option(const std::string& url, const std::string& key) {

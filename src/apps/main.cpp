@@ -61,6 +61,17 @@ std::string suggestion(const CLI::App& app, int argc, char** argv) {
   return {};
 }
 
+/// The option that is given an empty value, as by a shell's variable that is not set; empty: none.
+std::string emptied_option(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view typed = argv[i];
+    if (!typed.starts_with("--") || typed.size() < 3) continue;
+    if (typed.ends_with('=')) return std::string(typed.substr(0, typed.size() - 1));
+    if (i + 1 < argc && argv[i + 1][0] == '\0') return std::string(typed);
+  }
+  return {};
+}
+
 /// All commands by task, as help and docs/commands.md list them.
 void add_commands(CLI::App& app) {
   for (const auto& [name, commands] : unimapper::apps::command_tasks()) {
@@ -82,6 +93,9 @@ int run(int argc, char** argv) {
       "Every command has a --help of its own.");
   add_commands(app);
   try {
+    if (const std::string option = emptied_option(argc, argv); !option.empty()) {
+      throw CLI::ValidationError(option, "its value is empty: is a variable not set?");
+    }
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     // Help and version arrive here too, with exit code 0.

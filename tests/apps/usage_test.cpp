@@ -79,6 +79,8 @@ TEST_CASE("wrong use ends with exit code 2 and says what is wrong") {
       {{"fly"}, "subcommand"},
       {{"onboard"}, "DATASET"},
       {{"onboard", "recording"}, "--out"},
+      {{"onboard", "r", "--out", "o", "--publish", ""}, "--publish: its value is empty"},
+      {{"onboard", "r", "--out=", "--replace"}, "--out: its value is empty"},
       {{"onboard", "recording"}, "See unimapper onboard --help."},
       {{"evaluate", "map"}, "See unimapper evaluate map --help."},
       {{"fly"}, "See unimapper --help."},
