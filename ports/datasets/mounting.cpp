@@ -126,6 +126,13 @@ class SeveralLidars : public DatasetDecorator {
         if (!is_said) notes.push_back(note);
       }
       notes.push_back(note_of(k));
+      if (is_at_first(k)) {
+        notes.push_back({"LiDAR " + std::to_string(k + 2) +
+                             " is taken to be at the very place of the first, as by a frame that "
+                             "both name: right only if the points of both lie in that frame, else "
+                             "give --extrinsic once for each",
+                         true, true});
+      }
     }
     return notes;
   }
@@ -167,6 +174,20 @@ class SeveralLidars : public DatasetDecorator {
     scan.fingerprint = 31 * scan.fingerprint + points.fingerprint;
     // A point of the other that is late against its scan is late against this one by more.
     scan.time_s.clear();
+  }
+
+  /// Whether the two have one place on the robot.
+  [[nodiscard]] bool is_at_first(std::size_t k) const {
+    for (std::size_t i = 0; i < partners_[k].size(); ++i) {
+      if (!partners_[k][i]) continue;
+      const auto other = others_[k]->pose_at(stamp_ns(i));
+      if (!other) continue;
+      const Pose T_first_other = pose(i).inverse() * *other;
+      constexpr double kSame = 1e-6;
+      return T_first_other.translation.norm() < kSame &&
+             rotation_angle(T_first_other.rotation) < kSame;
+    }
+    return false;
   }
 
   [[nodiscard]] Note note_of(std::size_t k) const {
