@@ -352,6 +352,39 @@ AgreementFigures measure_agreement(std::span<const ScanPair> pairs, const Track&
   return figures;
 }
 
+void find_turns(const Track& track,
+                const std::function<std::shared_ptr<const ScanShape>(std::size_t)>& shape,
+                AgreementFigures& figures) {
+  constexpr std::size_t kLooks = 8;
+  constexpr double kBetter = 0.12;  // agreement
+  constexpr double kStands_m = 1e-6;
+  for (const std::size_t turns : {std::size_t{2}, std::size_t{3}}) {
+    if (track.size < turns + kLooks) return;
+    double in_turn = 0.0;
+    double neighbours = 0.0;
+    double looks = 0.0;
+    for (std::size_t n = 0; n < kLooks; ++n) {
+      const std::size_t i = n * (track.size - turns - 1) / (kLooks - 1);
+      const Pose next = relative(track, i, i + 1);
+      // Poses that are there twice do so, too.
+      if (next.translation.norm() < kStands_m && rotation_angle(next.rotation) < kStands_m) return;
+      const ScanPair beside(i, shape(i), i + 1, shape(i + 1));
+      const ScanPair apart(i, shape(i), i + turns, shape(i + turns));
+      if (!beside.is_informative() || !apart.is_informative()) continue;
+      neighbours += beside.agreement(next);
+      in_turn += apart.agreement(relative(track, i, i + turns));
+      looks += 1.0;
+    }
+    if (2.0 * looks < static_cast<double>(kLooks) || in_turn < neighbours + kBetter * looks) {
+      continue;
+    }
+    figures.turns = turns;
+    figures.in_turn = in_turn / looks;
+    figures.neighbours = neighbours / looks;
+    return;
+  }
+}
+
 bool is_surely_right(const AgreementFigures& agreement, std::size_t pairs) {
   constexpr double kLittle = 0.5 * kTryMistakes;
   constexpr double kMoves = 0.1;
@@ -438,7 +471,9 @@ bool has_known_mistake(const AgreementFigures& agreement) {
                                         (short_of <= kExplainsAll && gain >= kTryMistakes));
 }
 
-Finding check_motion(const AgreementFigures& agreement) {
+namespace {
+
+Finding compare_motions(const AgreementFigures& agreement) {
   constexpr double kWide = 0.15;         // gap where corrections are large
   constexpr double kSurelyWrong = 0.25;  // gap
   // In a bore registration slides to where joints of the lining coincide by chance.
@@ -454,7 +489,7 @@ Finding check_motion(const AgreementFigures& agreement) {
   }
   if (gap < kTryMistakes) return finding;
   // Half a degree of attitude noise opens a gap of a quarter, but moves nothing.
-  constexpr double kMoved_m = 0.3;  // corrections; sweeps that are not compensated need less
+  constexpr double kShifted_m = 0.3;  // corrections; sweeps that are not compensated need less
   constexpr double kTurned_deg = 6.5;
   constexpr double kPassesBy_m = 0.15;  // correction of poses that stand still
   constexpr double kStands_m = 0.02;    // given motion of the pairs
@@ -467,8 +502,8 @@ Finding check_motion(const AgreementFigures& agreement) {
   const bool slid = agreement.correction_m > kSlid_m && agreement.correction_deg < kStraight_deg;
   const bool scaled = agreement.correction_deg < kStraight_deg &&
                       (agreement.length_ratio > kLonger || agreement.length_ratio < 1.0 / kLonger);
-  const bool moved =
-      slid || scaled || agreement.correction_m > kMoved_m || agreement.correction_deg > kTurned_deg;
+  const bool moved = slid || scaled || agreement.correction_m > kShifted_m ||
+                     agreement.correction_deg > kTurned_deg;
   const std::string figures = text(
       "%.0f %% of the points lie on surfaces of the scan before under the given poses, %.0f %% "
       "under the motion that the scans show",
@@ -491,7 +526,8 @@ Finding check_motion(const AgreementFigures& agreement) {
                       "poses, run a LiDAR odometry such as KISS-ICP first)",
                       agreement.correction_m, agreement.correction_deg);
   } else if (moved) {
-    const bool surely = gap >= kSurelyWrong || (gap >= kWide && agreement.correction_m >= kMoved_m);
+    const bool surely =
+        gap >= kSurelyWrong || (gap >= kWide && agreement.correction_m >= kShifted_m);
     finding.severity = surely ? Severity::kWrong : Severity::kSuspicious;
     finding.message =
         figures + text(
@@ -501,6 +537,22 @@ Finding check_motion(const AgreementFigures& agreement) {
                       "order, units and axes",
                       agreement.correction_m, agreement.correction_deg, agreement.length_ratio);
   }
+  return finding;
+}
+
+}  // namespace
+
+Finding check_motion(const AgreementFigures& agreement) {
+  Finding finding = compare_motions(agreement);
+  if (agreement.turns == 0) return finding;
+  // A LiDAR that sees another part each time does so, too, but its poses are right.
+  finding.severity = std::max(finding.severity, Severity::kSuspicious);
+  finding.limits = {};
+  finding.message = text(
+      "scans %zu apart agree (%.0f %% of the points lie on surfaces of the other), neighbours do "
+      "not (%.0f %%): several LiDARs take turns under one name, or one sees another part each "
+      "time; give each LiDAR a topic or frame of its own, and its place",
+      agreement.turns, 100.0 * agreement.in_turn, 100.0 * agreement.neighbours);
   return finding;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -54,6 +55,10 @@ struct AgreementFigures {
   /// Those correct each pose by itself: none is a scale or an order.
   bool is_by_pose = true;
   bool slides = false;  ///< registration of most pairs slides, as along a bore
+  /// Scans so many apart agree under the given poses, neighbours do not: LiDARs take turns. 0: no.
+  std::size_t turns = 0;
+  double in_turn = 0.0;     ///< agreement of scans `turns` apart
+  double neighbours = 0.0;  ///< agreement of neighbours beside them
 };
 
 /// How well a pair agrees under motions.
@@ -96,6 +101,12 @@ class AgreementMeans {
 /// `AgreementFigures::ring_loss`, the first scan against the median of the others; of a part of
 /// their points.
 [[nodiscard]] double measure_ring_loss(std::span<const datasets::Scan* const> scans);
+
+/// Sets `turns` where scans two or three apart agree better than neighbours, which other faults of
+/// poses do not do. For recordings that leave a doubt: reads up to 32 scans, by `shape`.
+void find_turns(const Track& track,
+                const std::function<std::shared_ptr<const ScanShape>(std::size_t)>& shape,
+                AgreementFigures& figures);
 
 /// Whether all `pairs` tell and agree so well that scans of more points would tell nothing else.
 [[nodiscard]] bool is_surely_right(const AgreementFigures& agreement, std::size_t pairs);

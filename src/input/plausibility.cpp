@@ -171,6 +171,11 @@ void add_motion_causes(Plausibility& result, const Finding& odometry,
   // A mount that is calibrated is more exact than one that makes scans agree.
   const bool is_calibrated =
       result.agreement.mistake == "turned" && mount.severity == Severity::kWrong;
+  if (motion.severity != Severity::kFine && result.agreement.turns > 0) {
+    findings.push_back(motion);
+    result.steps.breaks.clear();
+    return;
+  }
   const bool is_known =
       motion.severity != Severity::kFine && has_known_mistake(result.agreement) && !is_calibrated;
   if (!is_known && add_pose_rate(result, motion, given)) {
@@ -315,6 +320,12 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
     }
     if (!evidence) {
       evidence = evidence_beside(known, result.agreement, track, mistakes, registration);
+    }
+    if (!is_surely_right(result.agreement, chosen.size())) {
+      find_turns(
+          track,
+          [&](std::size_t i) { return std::make_shared<const ScanShape>(store[i], kFewPoints); },
+          result.agreement);
     }
     result.calibration = evidence->calibration;
     result.mistake = evidence->mistake;

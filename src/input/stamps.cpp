@@ -142,12 +142,14 @@ Finding check_stamp_order(const MotionFigures& motion) {
 }
 
 Finding check_interval(const MotionFigures& motion) {
-  constexpr double kLongest_s = 20.0;    // keyframes of a slow robot
-  constexpr double kShortest_s = 0.002;  // faster than any LiDAR's frames
-  Finding finding{"interval", Severity::kFine, motion.interval_s, "s", {}, {kLongest_s, kNoLimit}};
+  constexpr double kLongest_s = 20.0;      // keyframes of a slow robot
+  constexpr double kNoneFollows_s = 60.0;  // the pipeline takes the next scan's stamp for a mistake
+  constexpr double kShortest_s = 0.002;    // faster than any LiDAR's frames
+  Finding finding{
+      "interval", Severity::kFine, motion.interval_s, "s", {}, {kLongest_s, kNoneFollows_s}};
   if (motion.scans < 3 || motion.interval_s <= 0.0) return finding;
   if (motion.interval_s <= kLongest_s && motion.interval_s >= kShortest_s) return finding;
-  finding.severity = Severity::kSuspicious;
+  finding.severity = motion.interval_s > kNoneFollows_s ? Severity::kWrong : Severity::kSuspicious;
   struct Unit {
     const char* name;
     double seconds;

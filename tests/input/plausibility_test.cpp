@@ -176,6 +176,22 @@ TEST_CASE("a LiDAR that is turned by any angle is refused with that angle") {
              Contains("wrong ") && Contains("--extrinsic 0.00,0.00,0.00,0.00,"));
 }
 
+TEST_CASE("two LiDARs that take turns under one name are told from wrong poses") {
+  const Pose rear(
+      Eigen::AngleAxisd(150.0 / kDegreesPerRadian, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+      Eigen::Vector3d(-0.8, 0.1, 0.1));
+  const std::size_t every = GENERATE(2U, 3U);
+  MemoryDataset recording = drive();
+  for (std::size_t i = 0; i < recording.scans.size(); i += every) {
+    for (datasets::Scan::Point& p : recording.scans[i].points) {
+      const Eigen::Vector3f q = (rear * Eigen::Vector3d(p.x, p.y, p.z)).cast<float>();
+      p = {q.x(), q.y(), q.z(), p.intensity};
+    }
+  }
+  CHECK_THAT(examined(recording), Contains(" motion: scans " + std::to_string(every)) &&
+                                      Contains("several LiDARs take turns"));
+}
+
 TEST_CASE("a right recording is fine") {
   const Plausibility found = examine(drive(), drive().scan_count());
   CHECK(unusual(found).empty());
@@ -556,7 +572,7 @@ TEST_CASE("stamps that do not fit are said") {
   std::vector<std::int64_t>& stamps_ns = recording.stamps_ns;
   SECTION("milliseconds read as seconds") {
     for (std::int64_t& stamp : stamps_ns) stamp *= 1000;
-    CHECK_THAT(examined(recording), Contains("suspicious interval: ") && Contains("milliseconds"));
+    CHECK_THAT(examined(recording), Contains("wrong interval: ") && Contains("milliseconds"));
   }
   SECTION("seconds read as microseconds: faster than any robot") {
     for (std::int64_t& stamp : stamps_ns) stamp /= 1000000;
