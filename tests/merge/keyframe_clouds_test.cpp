@@ -1,6 +1,7 @@
 // Clouds of keyframes, and merges of sessions of which mostly summaries have arrived
 #include "src/merge/registration/keyframe_clouds.hpp"
 
+#include "src/merge/loops/loop_fingerprint.hpp"
 #include "src/merge/sessions/keyframe_summaries.hpp"
 #include "src/merge/sessions/plane_restorer.hpp"
 #include "tests/merge/known_map.hpp"
@@ -60,6 +61,18 @@ TEST_CASE("Neighbours join until the cloud holds enough cells", "[clouds]") {
   // With the nearest two 59997 cells, and 60000.
   CHECK(cloud_of(4, 10.0, 19999).size() == 5);
   CHECK(cloud_of(4, 10.0, 20000).size() == 3);
+}
+
+TEST_CASE("A loop's fingerprint is of the keyframes that join its clouds", "[clouds]") {
+  const auto print = [](std::size_t cells, std::size_t changed) {
+    std::vector<SessionData> sessions = spots(9, 10.0, cells);
+    sessions[0].keyframes[changed].static_cells[0].position.z() = 3.0F;
+    const MergeConfig config;
+    return LoopFingerprints(sessions, config).of({0, 4}, {0, 4}, kDescriptorLimit);
+  };
+  CHECK(print(19999, 6) != print(19999, 7));
+  CHECK(print(20000, 6) == print(20000, 7));
+  CHECK(print(20000, 5) != print(20000, 7));
 }
 
 namespace {

@@ -63,7 +63,7 @@ class LoopWorker::OfMerge {
   /// Loops between two words of progress, which are for a second.
   static constexpr std::size_t kAtOnce = 8;
 
-  /// Names of the keyframes of one session, by sequence.
+  /// Names of the keyframes of one session, by their number in the merge.
   class Names {
    public:
     void set(std::uint32_t sequence, std::string name) {
@@ -102,14 +102,12 @@ class LoopWorker::OfMerge {
     }
     while (sessions_.size() <= wanted.id.session) add_session();
     SessionData& session = sessions_[wanted.id.session];
-    KeyframeRecord keyframe = read_(wanted.name);
-    names_[wanted.id.session]->set(keyframe.sequence, wanted.name);
-    if (keyframe.T_odometry_keyframe.rotation == wanted.T_odometry_keyframe.rotation) {
-      contents_[wanted.id.session]->offer(keyframe);
-    }
-    drop_contents(keyframe);
+    // Read when a cloud needs it: most neighbours join none.
+    KeyframeRecord keyframe;
+    keyframe.sequence = wanted.id.keyframe;
     keyframe.T_odometry_keyframe = wanted.T_odometry_keyframe;
     keyframe.up = wanted.up;
+    names_[wanted.id.session]->set(keyframe.sequence, wanted.name);
     if (session.keyframes.size() <= wanted.id.keyframe) {
       KeyframeRecord unknown;
       unknown.is_summary = true;
@@ -123,9 +121,8 @@ class LoopWorker::OfMerge {
   void add_session() {
     const auto names = names_.emplace_back(std::make_shared<Names>());
     SessionData session;
-    contents_.push_back(cache_.contents(
-        [names, read = read_](std::uint32_t sequence) { return read(names->get(sequence)); }));
-    session.contents = contents_.back();
+    session.contents = cache_.contents(
+        [names, read = read_](std::uint32_t sequence) { return read(names->get(sequence)); });
     sessions_.push_back(std::move(session));
     clouds_.forget_from(sessions_.size() - 1, 0);
     prints_.forget_from(sessions_.size() - 1, 0, 0);
@@ -137,7 +134,6 @@ class LoopWorker::OfMerge {
   KeyframeCache cache_;
   std::vector<SessionData> sessions_;
   std::vector<std::shared_ptr<Names>> names_;
-  std::vector<std::shared_ptr<ReadContents>> contents_;
   KeyframeClouds clouds_;
   LoopFingerprints prints_;
 };

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "src/core/voxel_key.hpp"
-#include "src/merge/sessions/keyframe_summaries.hpp"
 
 namespace unimapper::merge {
 namespace {
@@ -177,9 +176,7 @@ std::uint64_t LoopFingerprints::of_cloud(KeyframeId k) {
   std::optional<std::uint64_t>& known = clouds_[k.session][k.keyframe];
   if (known) return *known;
   Fingerprint print;
-  print.add(of_record(k));
-  for (const std::size_t i :
-       whole_neighbours(sessions_[k.session].keyframes, k.keyframe, kSubmapKeyframes)) {
+  for (const std::size_t i : submap_of(sessions_[k.session], k.keyframe).keyframes) {
     print.add(of_record({k.session, i}));
   }
   known = print.value();

@@ -19,7 +19,8 @@ inline constexpr std::uint64_t kLoopVerificationVersion = 5;
 /// pairs of keyframes are verified like loops.
 inline constexpr std::uint64_t kPlacementCheckVersion = 6;
 
-/// Fingerprints of questions about keyframes and pairs of `sessions`. Each keyframe is read once.
+/// Fingerprints of questions about keyframes and pairs of `sessions`. Keyframes are read as their
+/// clouds need them.
 class LoopFingerprints {
  public:
   LoopFingerprints(const std::vector<SessionData>& sessions, const MergeConfig& config);

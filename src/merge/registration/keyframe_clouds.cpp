@@ -17,6 +17,38 @@ constexpr float kSubmapRadiusM = 50.0F;
 
 }  // namespace
 
+Submap submap_of(const SessionData& session, std::size_t k) {
+  const auto& keyframes = session.keyframes;
+  const Pose T_keyframe_odometry = keyframes[k].T_odometry_keyframe.inverse();
+  const float reach = kSubmapRadiusM * kSubmapRadiusM;
+  Submap submap;
+  const auto add = [&](std::size_t i) {
+    const Pose T = T_keyframe_odometry * keyframes[i].T_odometry_keyframe;
+    const Eigen::Matrix3f rotation = T.rotation.cast<float>();
+    const Eigen::Vector3f translation = T.translation.cast<float>();
+    const auto keyframe = whole_keyframe(session, i);
+    submap.points.reserve(submap.points.size() + keyframe->static_cells.size());
+    submap.ground.reserve(submap.ground.size() + keyframe->static_cells.size());
+    for (const auto& cell : keyframe->static_cells) {
+      const Eigen::Vector3f p = rotation * cell.position + translation;
+      if (!(p.squaredNorm() < reach)) continue;
+      submap.points.push_back(p);
+      submap.ground.push_back(cell.ground);
+    }
+    submap.keyframes.push_back(i);
+  };
+  add(k);
+  std::size_t last_away = 0;
+  for (const std::size_t i : whole_neighbours(keyframes, k, kSubmapKeyframes)) {
+    const std::size_t away = i < k ? k - i : i - k;
+    // Both of two as near, or neither.
+    if (away != last_away && submap.points.size() >= kSubmapCells) break;
+    last_away = away;
+    add(i);
+  }
+  return submap;
+}
+
 KeyframeClouds::KeyframeClouds(const std::vector<SessionData>& sessions,
                                const RegistrationConfig& config, unsigned threads,
                                std::uint64_t max_bytes)
@@ -60,33 +92,8 @@ std::shared_ptr<const RegistrationCloud> KeyframeClouds::cloud(KeyframeId k) con
 }
 
 RegistrationCloud KeyframeClouds::make_cloud(KeyframeId k) const {
-  const auto& keyframes = sessions_[k.session].keyframes;
-  const Pose T_keyframe_odometry = keyframes[k.keyframe].T_odometry_keyframe.inverse();
-  const float reach = kSubmapRadiusM * kSubmapRadiusM;
-  std::vector<Eigen::Vector3f> points;
-  std::vector<std::uint8_t> ground;
-  const auto add = [&](std::size_t i) {
-    const Pose T = T_keyframe_odometry * keyframes[i].T_odometry_keyframe;
-    const Eigen::Matrix3f rotation = T.rotation.cast<float>();
-    const Eigen::Vector3f translation = T.translation.cast<float>();
-    const auto keyframe = whole_keyframe(sessions_[k.session], i);
-    for (const auto& cell : keyframe->static_cells) {
-      const Eigen::Vector3f p = rotation * cell.position + translation;
-      if (!(p.squaredNorm() < reach)) continue;
-      points.push_back(p);
-      ground.push_back(cell.ground);
-    }
-  };
-  add(k.keyframe);
-  std::size_t last_away = 0;
-  for (const std::size_t i : whole_neighbours(keyframes, k.keyframe, kSubmapKeyframes)) {
-    const std::size_t away = i < k.keyframe ? k.keyframe - i : i - k.keyframe;
-    // Both of two as near, or neither.
-    if (away != last_away && points.size() >= kSubmapCells) break;
-    last_away = away;
-    add(i);
-  }
-  return RegistrationCloud(points, ground, config_);
+  const Submap submap = submap_of(sessions_[k.session], k.keyframe);
+  return RegistrationCloud(submap.points, submap.ground, config_);
 }
 
 }  // namespace unimapper::merge

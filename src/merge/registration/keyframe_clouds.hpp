@@ -16,6 +16,16 @@ namespace unimapper::merge {
 /// Neighbours before and after a keyframe that may join its cloud.
 inline constexpr std::uint32_t kSubmapKeyframes = 2;
 
+/// What a keyframe's cloud is made of.
+struct Submap {
+  std::vector<Eigen::Vector3f> points;  ///< in the keyframe's frame
+  std::vector<std::uint8_t> ground;     ///< of each point
+  std::vector<std::size_t> keyframes;   ///< whose points these are: its own first
+};
+
+/// Reads the keyframe, and neighbours only while it has too few cells of its own. O(cells).
+Submap submap_of(const SessionData& session, std::size_t k);
+
 /// A keyframe's cloud is a local submap: it also holds its neighbours' cells, transformed by
 /// odometry, because a narrow field of view alone constrains a registration too little. Clouds that
 /// were used last are kept, up to a number of bytes.
