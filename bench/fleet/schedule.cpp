@@ -2,15 +2,16 @@
 //
 //   fleet_schedule LOG...   keyframe logs of the sessions
 //
-// Merges them; every job is done once by one worker of one thread, and timed: reading a keyframe by
-// the clock, a loop and a cloud by least squares over the jobs. Then the same jobs, in their order,
-// are taken by 1 to 64 workers that share a link to the server. Prints a line for each number:
-// "workers s speedup clouds busy_percent s_without_link s_without_clouds". What the merge does
-// itself is in none of them.
+// Merges them; every job is done once by one worker of one thread, and its processor time is taken:
+// of reading a keyframe as it is, of a loop and a cloud by least squares over the jobs. Then the
+// same jobs are taken, lane by lane, by 1 to 64 workers that share a link to the server. Prints a
+// line for each number: "workers s speedup clouds busy_percent s_without_link s_without_clouds".
+// What the merge does itself is in none of them.
 #include <Eigen/Dense>
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
+#include <ctime>
+#include <deque>
 #include <exception>
 #include <limits>
 #include <map>
@@ -19,7 +20,9 @@
 #include <vector>
 
 #include "ports/lcm/received_log.hpp"
+#include "ports/nats/lane_choice.hpp"
 #include "src/merge/jobs/loop_worker.hpp"
+#include "src/merge/registration/keyframe_clouds.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
 #include "unimapper/merge/merger.hpp"
 #include "unimapper/wire/keyframe_codec.hpp"
@@ -33,12 +36,12 @@ constexpr double kLinkBytesPerS = 1e9 / 8.0;
 // From the board to the worker and back, as measured on loopback and on one switch.
 constexpr double kJobS = 0.003;
 
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
+double seconds_since(std::clock_t start) {
+  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 }
 
 struct Job {
+  std::uint32_t lane = 0;
   std::set<KeyframeId> read;    ///< keyframes that it needs
   std::set<KeyframeId> clouds;  ///< of them, those of its questions
   std::size_t loops = 0;
@@ -79,7 +82,7 @@ class TimedWorker final : public LoopOutcomes {
     calls_.emplace_back();
     for (PlacedJob& placed :
          make_jobs(sessions_, questions, common, [this](KeyframeId k) { return publish(k); })) {
-      const std::vector<LoopConstraint> answered = timed(placed.job);
+      const std::vector<LoopConstraint> answered = timed(placed);
       for (std::size_t i = 0; i < answered.size(); ++i) {
         outcomes[placed.positions[i]] = answered[i];
         done[placed.positions[i]] = true;
@@ -123,7 +126,7 @@ class TimedWorker final : public LoopOutcomes {
     return name(k);
   }
   KeyframeRecord read(const std::string& name) {
-    const Clock::time_point start = Clock::now();
+    const std::clock_t start = std::clock();
     KeyframeRecord record = std::move(*wire::decode_keyframe(encoded_.at(name)).record);
     const double s = seconds_since(start);
     read_s_ += s;
@@ -131,15 +134,21 @@ class TimedWorker final : public LoopOutcomes {
     ++reads_;
     return record;
   }
-  std::vector<LoopConstraint> timed(const LoopJob& job) {
+  std::vector<LoopConstraint> timed(const PlacedJob& placed) {
+    const LoopJob& job = placed.job;
     Job kept;
-    for (const JobKeyframe& keyframe : job.keyframes) kept.read.insert(keyframe.id);
+    kept.lane = placed.lane;
     for (const LoopQuestion& question : job.questions)
       kept.clouds.insert({question.query, question.match});
+    for (const KeyframeId k : kept.clouds) {
+      for (const std::size_t i : submap_of(sessions_[k.session], k.keyframe).keyframes) {
+        kept.read.insert({k.session, i});
+      }
+    }
     kept.loops = job.questions.size();
     calls_.back().push_back(std::move(kept));
     read_of_job_s_ = 0.0;
-    const Clock::time_point start = Clock::now();
+    const std::clock_t start = std::clock();
     std::vector<LoopConstraint> answered = worker_.answer(job);
     times_s_.push_back(seconds_since(start) - read_of_job_s_);
     return answered;
@@ -162,22 +171,36 @@ struct Schedule {
   std::size_t clouds = 0;
 };
 
-/// The first worker that is free takes the next job.
+/// The first worker that is free takes the next job of the lane that it chooses.
 Schedule scheduled(const TimedWorker& merge, std::size_t workers, const Costs& costs,
                    double link_bytes_per_s) {
   struct Worker {
     double free_s = 0.0;
     std::set<KeyframeId> read, clouds;
+    nats_port::LaneChoice lanes;
   };
-  std::vector<Worker> all(workers);
+  std::vector<Worker> all;
+  for (std::uint32_t i = 0; i < workers; ++i)
+    all.push_back({0.0, {}, {}, nats_port::LaneChoice(5 * i)});
   Schedule schedule;
   double link_free_s = 0.0;
   for (const std::vector<Job>& jobs : merge.calls()) {
     for (Worker& worker : all) worker.free_s = schedule.end_s;
-    for (const Job& job : jobs) {
+    std::map<std::uint32_t, std::deque<const Job*>> lanes;
+    for (const Job& job : jobs) lanes[job.lane].push_back(&job);
+    while (!lanes.empty()) {
       Worker& worker =
           *std::min_element(all.begin(), all.end(),
                             [](const Worker& a, const Worker& b) { return a.free_s < b.free_s; });
+      std::map<std::uint32_t, std::uint64_t> waiting;
+      for (const auto& [lane, left] : lanes) waiting[lane] = left.size();
+      const auto last = worker.lanes.last();
+      const bool stays = last && waiting.count(*last) > 0;
+      const std::uint32_t lane = stays ? *last : worker.lanes.order(waiting).front();
+      worker.lanes.take(lane);
+      const Job& job = *lanes[lane].front();
+      lanes[lane].pop_front();
+      if (lanes[lane].empty()) lanes.erase(lane);
       double work_s = costs.loop * static_cast<double>(job.loops);
       double bytes = 0.0;
       for (const KeyframeId k : job.read) {

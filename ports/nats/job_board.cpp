@@ -2,12 +2,17 @@
 #include "ports/nats/job_board.hpp"
 
 #include <algorithm>
+#include <charconv>
+#include <compare>
+#include <map>
+#include <random>
 #include <set>
 #include <string_view>
 #include <thread>
 #include <utility>
 
 #include "ports/nats/connection.hpp"
+#include "ports/nats/lane_choice.hpp"
 
 namespace unimapper::nats_port {
 namespace {
@@ -15,9 +20,11 @@ namespace {
 constexpr const char* kJobs = "JOBS";
 constexpr const char* kAnswers = "ANSWERS";
 constexpr const char* kJobKeyframes = "JOB_KEYFRAMES";
-constexpr const char* kJobSubject = "unimapper-job.";               // VERSION.PROJECT
+constexpr const char* kJobSubject = "unimapper-job.";               // VERSION-LANE.PROJECT
 constexpr const char* kAnswerSubject = "unimapper-answer.";         // PROJECT
 constexpr const char* kKeyframeSubject = "unimapper-jobkeyframe.";  // NAME
+/// Tells workers of a version that a job was put; in no stream.
+constexpr const char* kToldSubject = "unimapper-jobtold.";  // VERSION
 
 constexpr std::int64_t kSecondNs = 1'000'000'000;
 /// Jobs, answers and keyframes are of no use to a merge of another day.
@@ -27,8 +34,14 @@ constexpr std::int64_t kProgressNs = 20 * kSecondNs;
 constexpr std::int64_t kMostJobBytes = std::int64_t{64} << 20;
 constexpr std::int64_t kMostAnswerBytes = std::int64_t{128} << 20;
 constexpr std::int64_t kMostKeyframeBytes = std::int64_t{2} << 30;
-/// How often a caller that waits looks for an answer that it was not told of.
-constexpr std::chrono::milliseconds kAnswerPoll{200};
+/// How often who waits looks for a job or an answer that it was not told of.
+constexpr std::chrono::milliseconds kToldPoll{200};
+/// How long a server may take to say that a lane has no job to give.
+constexpr std::int64_t kFetchNs = 2 * kSecondNs;
+/// Each lane that workers look at has a consumer on the server.
+constexpr std::uint32_t kMostLanes = 64;
+/// Jobs of a lane that no worker has ever come to: more than in any other.
+constexpr std::uint64_t kUntouched = UINT64_MAX;
 /// More unanswered jobs than any fleet has workers.
 constexpr std::int64_t kMostTaken = 10'000;
 
@@ -74,12 +87,16 @@ void require_streams(const Connection& connection) {
                               kMostKeyframeBytes, 1});
 }
 
-std::string consumer_name(const std::string& version) { return "workers-" + version; }
+/// Jobs of a lane go to workers of a version in their order.
+std::string lane_name(const std::string& version, std::uint32_t lane) {
+  return version + "-" + std::to_string(lane);
+}
+std::string consumer_name(const std::string& lane) { return "workers-" + lane; }
 
-/// The workers of a version share one consumer.
-void require_consumer(const Connection& connection, const std::string& version) {
-  const std::string name = consumer_name(version);
-  const std::string filter = kJobSubject + version + ".*";
+/// The workers of a version share one consumer for each lane.
+void require_consumer(const Connection& connection, const std::string& lane) {
+  const std::string name = consumer_name(lane);
+  const std::string filter = kJobSubject + lane + ".*";
   jsConsumerConfig config;
   require(jsConsumerConfig_Init(&config), "the workers");
   config.Durable = name.c_str();
@@ -92,6 +109,41 @@ void require_consumer(const Connection& connection, const std::string& version) 
       js_AddConsumer(&info, connection.jetstream(), kJobs, &config, nullptr, nullptr);
   const ConsumerInfo made(info);
   require(status, "the workers' consumer");
+}
+
+/// Null where there is none.
+ConsumerInfo consumer_info(const Connection& connection, const std::string& version,
+                           std::uint32_t lane) {
+  jsConsumerInfo* found = nullptr;
+  const natsStatus status =
+      js_GetConsumerInfo(&found, connection.jetstream(), kJobs,
+                         consumer_name(lane_name(version, lane)).c_str(), nullptr, nullptr);
+  ConsumerInfo info(found);
+  if (status != NATS_NOT_FOUND) require(status, "the workers' consumer");
+  return info;
+}
+
+Subscription subscribed(const Connection& connection, const std::string& subject) {
+  natsSubscription* subscription = nullptr;
+  require(natsConnection_SubscribeSync(&subscription, connection.handle(), subject.c_str()),
+          subject);
+  return Subscription(subscription);
+}
+
+/// False if nothing was told in this time.
+bool is_told(const Subscription& told, std::chrono::milliseconds wait) {
+  natsMsg* passing = nullptr;
+  const natsStatus status = natsSubscription_NextMsg(&passing, told.get(), wait.count());
+  const Message message(passing);
+  // The stream has also what was not kept for want of memory.
+  if (status == NATS_TIMEOUT || status == NATS_SLOW_CONSUMER) return false;
+  require(status, "what is told");
+  return true;
+}
+
+std::chrono::milliseconds until(std::chrono::steady_clock::time_point end) {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(end -
+                                                               std::chrono::steady_clock::now());
 }
 
 std::string data_of(const natsMsg* message) {
@@ -117,11 +169,7 @@ class Board final : public JobBoard {
  public:
   Board(const Server& server, BoardNames names) : connection_(server), names_(std::move(names)) {
     require_streams(connection_);
-    require_consumer(connection_, names_.version);
-    natsSubscription* subscription = nullptr;
-    require(natsConnection_SubscribeSync(&subscription, connection_.handle(), answers().c_str()),
-            kAnswers);
-    told_.reset(subscription);
+    told_ = subscribed(connection_, answers());
     take_off();
   }
 
@@ -132,18 +180,18 @@ class Board final : public JobBoard {
     publish(connection_, kKeyframeSubject + name, bytes.data(), bytes.size(), &options);
   }
 
-  std::uint64_t put_job(const std::string& text) override {
-    return publish(connection_, subject(), text.data(), text.size());
+  std::uint64_t put_job(const std::string& text, std::uint32_t lane) override {
+    const std::string subject =
+        kJobSubject + lane_name(names_.version, lane) + "." + names_.project;
+    const std::uint64_t number = publish(connection_, subject, text.data(), text.size());
+    connection_.publish(kToldSubject + names_.version, "");
+    return number;
   }
 
-  bool take_back(std::uint64_t number) override {
-    jsConsumerInfo* found = nullptr;
-    const natsStatus status =
-        js_GetConsumerInfo(&found, connection_.jetstream(), kJobs,
-                           consumer_name(names_.version).c_str(), nullptr, nullptr);
-    const ConsumerInfo info(found);
-    require(status, "the workers' consumer");
-    if (info->Delivered.Stream >= number) return false;
+  bool take_back(std::uint64_t number, std::uint32_t lane) override {
+    const ConsumerInfo info = consumer_info(connection_, names_.version, lane);
+    // No worker has ever come to a lane that has no consumer.
+    if (info != nullptr && info->Delivered.Stream >= number) return false;
     // A worker may have taken it just now: then it is verified twice, to the same outcome.
     return js_DeleteMsg(connection_.jetstream(), kJobs, number, nullptr, nullptr) == NATS_OK;
   }
@@ -152,34 +200,21 @@ class Board final : public JobBoard {
     const auto end = std::chrono::steady_clock::now() + wait;
     for (;;) {
       if (auto answer = next_kept()) return answer;
-      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
-          end - std::chrono::steady_clock::now());
+      const auto left = until(end);
       if (left.count() <= 0) return std::nullopt;
-      wait_to_be_told(std::min(left, kAnswerPoll));
+      // An answer passes by on its way into the stream, where it may be found a little later.
+      if (is_told(told_, std::min(left, kToldPoll))) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
     }
   }
 
  private:
-  [[nodiscard]] std::string subject() const {
-    return kJobSubject + names_.version + "." + names_.project;
-  }
   [[nodiscard]] std::string answers() const { return kAnswerSubject + names_.project; }
-
-  /// An answer passes by on its way into the stream, where it may be found a little later.
-  void wait_to_be_told(std::chrono::milliseconds wait) {
-    constexpr std::chrono::milliseconds kStored{1};
-    natsMsg* passing = nullptr;
-    const natsStatus status = natsSubscription_NextMsg(&passing, told_.get(), wait.count());
-    const Message message(passing);
-    // The stream has also what was not kept for want of memory.
-    if (status == NATS_TIMEOUT || status == NATS_SLOW_CONSUMER) return;
-    require(status, kAnswers);
-    std::this_thread::sleep_for(kStored);
-  }
 
   /// Jobs of a caller that was killed: who asks again, asks anew.
   void take_off() {
-    const std::string own = subject();
+    const std::string own = std::string(kJobSubject) + "*." + names_.project;
     jsOptions options;
     require(jsOptions_Init(&options), kJobs);
     options.Stream.Purge.Subject = own.c_str();
@@ -213,36 +248,24 @@ class Board final : public JobBoard {
 class Source final : public JobSource {
  public:
   Source(const Server& server, std::string version)
-      : connection_(server), version_(std::move(version)) {
+      : connection_(server), version_(std::move(version)), lanes_(std::random_device{}()) {
     require_streams(connection_);
-    require_consumer(connection_, version_);
-    jsSubOptions options;
-    require(jsSubOptions_Init(&options), kJobs);
-    options.Stream = kJobs;
-    const std::string name = consumer_name(version_);
-    options.Consumer = name.c_str();
-    natsSubscription* subscription = nullptr;
-    const std::string filter = kJobSubject + version_ + ".*";
-    require(js_PullSubscribe(&subscription, connection_.jetstream(), filter.c_str(), name.c_str(),
-                             nullptr, &options, nullptr),
-            kJobs);
-    jobs_.reset(subscription);
+    told_ = subscribed(connection_, kToldSubject + version_);
   }
 
   std::optional<TakenJob> next_job(std::chrono::milliseconds wait) override {
-    natsMsgList list{};
-    const natsStatus status = natsSubscription_Fetch(
-        &list, jobs_.get(), 1, std::max<std::int64_t>(1, wait.count()), nullptr);
-    if (status == NATS_TIMEOUT) return std::nullopt;
-    require(status, "jobs");
-    if (list.Count > 0) taken_.reset(std::exchange(list.Msgs[0], nullptr));
-    const bool is_taken = list.Count > 0;
-    natsMsgList_Destroy(&list);
-    if (!is_taken) return std::nullopt;
-    jsMsgMetaData* found = nullptr;
-    require(natsMsg_GetMetaData(&found, taken_.get()), "a job");
-    const std::unique_ptr<jsMsgMetaData, Destroyer<&jsMsgMetaData_Destroy>> data(found);
-    return TakenJob{data_of(taken_.get()), static_cast<std::uint32_t>(data->NumDelivered)};
+    const auto end = std::chrono::steady_clock::now() + wait;
+    for (;;) {
+      const std::set<std::uint32_t> lanes = lanes_with_jobs();
+      const auto last = lanes_.last();
+      if (last && lanes.count(*last) > 0 && take(*last)) return taken_job();
+      for (const std::uint32_t lane : lanes_.order(waiting(lanes))) {
+        if (take(lane)) return taken_job();
+      }
+      const auto left = until(end);
+      if (left.count() <= 0) return std::nullopt;
+      is_told(told_, std::min(left, kToldPoll));
+    }
   }
 
   void tell_progress() override {
@@ -269,6 +292,20 @@ class Source final : public JobSource {
   }
 
   std::vector<std::string> versions_wanted() override {
+    std::set<std::string> versions;
+    for (const Lane& lane : all_lanes()) versions.insert(lane.version);
+    return {versions.begin(), versions.end()};
+  }
+
+ private:
+  struct Lane {
+    std::string version;
+    std::uint32_t number = 0;
+    auto operator<=>(const Lane&) const = default;
+  };
+
+  /// Of all versions, those with jobs that wait or are worked at.
+  std::set<Lane> all_lanes() {
     jsOptions options;
     require(jsOptions_Init(&options), kJobs);
     options.Stream.Info.SubjectsFilter = "unimapper-job.>";
@@ -277,20 +314,90 @@ class Source final : public JobSource {
         js_GetStreamInfo(&found, connection_.jetstream(), kJobs, &options, nullptr);
     const StreamInfo info(found);
     require(status, kJobs);
-    std::set<std::string> versions;
+    std::set<Lane> lanes;
     const jsStreamStateSubjects* subjects = info->State.Subjects;
     for (int i = 0; subjects != nullptr && i < subjects->Count; ++i) {
-      std::string_view subject = subjects->List[i].Subject;
-      subject.remove_prefix(std::string_view(kJobSubject).size());
-      versions.emplace(subject.substr(0, subject.find('.')));
+      std::string_view name = subjects->List[i].Subject;
+      name.remove_prefix(std::string_view(kJobSubject).size());
+      name = name.substr(0, name.find('.'));
+      const std::size_t dash = std::min(name.rfind('-'), name.size());
+      Lane lane{std::string(name.substr(0, dash)), 0};
+      const std::string_view digits = name.substr(std::min(dash + 1, name.size()));
+      std::from_chars(digits.begin(), digits.end(), lane.number);
+      lanes.insert(lane);
     }
-    return {versions.begin(), versions.end()};
+    return lanes;
   }
 
- private:
+  std::set<std::uint32_t> lanes_with_jobs() {
+    std::set<std::uint32_t> own;
+    for (const Lane& lane : all_lanes()) {
+      if (lane.version == version_ && lane.number < kMostLanes) own.insert(lane.number);
+    }
+    return own;
+  }
+
+  /// How many jobs of each lane nobody has begun. One that may have ended its worker waits in a
+  /// lane that has none.
+  std::map<std::uint32_t, std::uint64_t> waiting(const std::set<std::uint32_t>& lanes) {
+    std::map<std::uint32_t, std::uint64_t> jobs;
+    for (const std::uint32_t lane : lanes) {
+      const ConsumerInfo info = consumer_info(connection_, version_, lane);
+      jobs[lane] = info != nullptr ? info->NumPending : kUntouched;
+    }
+    return jobs;
+  }
+
+  /// False if the lane has no job to give.
+  bool take(std::uint32_t lane) {
+    jsFetchRequest request;
+    require(jsFetchRequest_Init(&request), kJobs);
+    request.Batch = 1;
+    request.NoWait = true;
+    request.Expires = kFetchNs;
+    natsMsgList list{};
+    const natsStatus status = natsSubscription_FetchRequest(&list, jobs_of(lane).get(), &request);
+    if (status == NATS_TIMEOUT || status == NATS_NOT_FOUND) return false;
+    require(status, "jobs");
+    const bool is_taken = list.Count > 0;
+    if (is_taken) taken_.reset(std::exchange(list.Msgs[0], nullptr));
+    natsMsgList_Destroy(&list);
+    if (!is_taken) return false;
+    lanes_.take(lane);
+    return true;
+  }
+
+  const Subscription& jobs_of(std::uint32_t lane) {
+    Subscription& jobs = jobs_[lane];
+    if (jobs != nullptr) return jobs;
+    const std::string in_lane = lane_name(version_, lane);
+    require_consumer(connection_, in_lane);
+    jsSubOptions options;
+    require(jsSubOptions_Init(&options), kJobs);
+    options.Stream = kJobs;
+    const std::string name = consumer_name(in_lane);
+    options.Consumer = name.c_str();
+    natsSubscription* subscription = nullptr;
+    const std::string filter = kJobSubject + in_lane + ".*";
+    require(js_PullSubscribe(&subscription, connection_.jetstream(), filter.c_str(), name.c_str(),
+                             nullptr, &options, nullptr),
+            kJobs);
+    jobs.reset(subscription);
+    return jobs;
+  }
+
+  TakenJob taken_job() const {
+    jsMsgMetaData* found = nullptr;
+    require(natsMsg_GetMetaData(&found, taken_.get()), "a job");
+    const std::unique_ptr<jsMsgMetaData, Destroyer<&jsMsgMetaData_Destroy>> data(found);
+    return TakenJob{data_of(taken_.get()), static_cast<std::uint32_t>(data->NumDelivered)};
+  }
+
   Connection connection_;
   std::string version_;
-  Subscription jobs_;
+  LaneChoice lanes_;
+  Subscription told_;                           ///< that a job was put
+  std::map<std::uint32_t, Subscription> jobs_;  ///< by lane
   Message taken_;
 };
 

@@ -23,10 +23,10 @@ class JobBoard {
 
   /// Makes the bytes of a keyframe available to workers under a name.
   virtual void put_keyframe(const std::string& name, std::span<const std::uint8_t> bytes) = 0;
-  /// Hands out a job. Returns its number on the board.
-  virtual std::uint64_t put_job(const std::string& text) = 0;
-  /// Takes a job back. False if a worker has it or had it.
-  virtual bool take_back(std::uint64_t number) = 0;
+  /// Hands out a job in a lane. Returns its number on the board.
+  virtual std::uint64_t put_job(const std::string& text, std::uint32_t lane) = 0;
+  /// Takes a job back. False if a worker has it or had it; then also those before it in its lane.
+  virtual bool take_back(std::uint64_t number, std::uint32_t lane) = 0;
   /// The next answer that was given since the board was opened, or that is kept from before; waits
   /// so long for it.
   virtual std::optional<std::string> next_answer(std::chrono::milliseconds wait) = 0;
@@ -43,7 +43,7 @@ class JobSource {
  public:
   virtual ~JobSource() = default;
 
-  /// The next job; waits so long for it.
+  /// The next job, of the lane of the latest one if there is any; waits so long for it.
   virtual std::optional<TakenJob> next_job(std::chrono::milliseconds wait) = 0;
   /// Keeps the job that was taken last from going to another worker for a while. From any thread
   /// that works on it.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 namespace unimapper::apps {
@@ -70,8 +71,8 @@ class LoopWorkers::Call {
     auto jobs = make_jobs(sessions_, open, common, publish, workers_.options_.sizes);
     for (merge::PlacedJob& placed : jobs) {
       for (std::size_t& position : placed.positions) position = positions[position];
-      const std::uint64_t number = workers_.board_.put_job(job_text(placed.job));
-      jobs_.emplace(placed.job.name, Waiting{number, std::move(placed.positions)});
+      const std::uint64_t number = workers_.board_.put_job(job_text(placed.job), placed.lane);
+      jobs_.emplace(placed.job.name, Waiting{placed.lane, number, std::move(placed.positions)});
     }
   }
 
@@ -114,8 +115,10 @@ class LoopWorkers::Call {
 
  private:
   struct Waiting {
+    std::uint32_t lane = 0;
     std::uint64_t number = 0;
     std::vector<std::size_t> positions;
+    bool is_begun = false;  ///< by a worker
   };
 
   void compute(const std::vector<std::size_t>& positions) {
@@ -126,16 +129,26 @@ class LoopWorkers::Call {
     }
   }
 
-  /// The job that workers come to last.
+  /// The last job of the last lane that nobody has begun: then the next one is likely beside it.
   bool take_one_back() {
-    const auto last = std::max_element(
-        jobs_.begin(), jobs_.end(),
-        [](const auto& a, const auto& b) { return a.second.number < b.second.number; });
-    if (last == jobs_.end() || !workers_.board_.take_back(last->second.number)) return false;
-    const std::vector<std::size_t> positions = std::move(last->second.positions);
-    jobs_.erase(last);
-    compute(positions);
-    return true;
+    for (;;) {
+      const auto rank = [](const auto& job) {
+        return std::tuple(!job.second.is_begun, job.second.lane, job.second.number);
+      };
+      const auto last =
+          std::max_element(jobs_.begin(), jobs_.end(),
+                           [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
+      if (last == jobs_.end() || last->second.is_begun) return false;
+      if (workers_.board_.take_back(last->second.number, last->second.lane)) {
+        const std::vector<std::size_t> positions = std::move(last->second.positions);
+        jobs_.erase(last);
+        compute(positions);
+        return true;
+      }
+      for (auto& [name, job] : jobs_) {
+        if (job.lane == last->second.lane && job.number <= last->second.number) job.is_begun = true;
+      }
+    }
   }
 
   /// False for what answers no open job.

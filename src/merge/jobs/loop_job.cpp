@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <compare>
 #include <cstdint>
 #include <cstdio>
 #include <map>
@@ -18,9 +19,23 @@ namespace {
 /// Letters of a reason: none of a verification is half as long.
 constexpr std::size_t kMostReason = 200;
 
-/// Of the questions that are left, what the next job has: the last ones are small, so that all
-/// workers end together.
-constexpr std::size_t kShare = 8;
+/// Of the questions that are left of a lane, what the next job has: the last ones are small, so
+/// that all workers end together.
+constexpr std::size_t kShare = 3;
+
+/// A job's place among those of all lanes: which of its lane it is, then its lane's number with its
+/// bits reversed.
+struct JobOrder {
+  std::size_t number = 0;
+  std::uint32_t reversed_lane = 0;
+  auto operator<=>(const JobOrder&) const = default;
+};
+
+std::uint32_t reversed(std::uint32_t bits) {
+  std::uint32_t result = 0;
+  for (int i = 0; i < 32; ++i, bits >>= 1U) result = result << 1U | (bits & 1U);
+  return result;
+}
 
 /// Questions about the same keyframes follow each other, so that whoever takes some needs few
 /// clouds: next comes the keyframe with the largest share of its questions about those before it.
@@ -110,28 +125,35 @@ std::vector<PlacedJob> make_jobs(const std::vector<SessionData>& sessions,
     if (can_be_sent(sessions, questions[i])) sendable.push_back(i);
   }
   const std::vector<std::size_t> order = by_shared_keyframes(questions, sendable);
-  std::vector<PlacedJob> jobs;
-  for (std::size_t begin = 0; begin < order.size();) {
-    const std::size_t left = order.size() - begin;
-    const std::size_t size = std::min(left, std::clamp(left / kShare, sizes.least, sizes.most));
-    PlacedJob placed{common, {}};
-    placed.job.name += std::to_string(jobs.size());
-    std::set<KeyframeId> needed;
-    for (std::size_t i = begin; i < begin + size; ++i) {
-      const LoopQuestion& question = questions[order[i]];
-      placed.positions.push_back(order[i]);
-      placed.job.questions.push_back(question);
-      add_with_neighbours(sessions, question.query, needed);
-      add_with_neighbours(sessions, question.match, needed);
+  const std::size_t lanes = std::clamp<std::size_t>(order.size() / sizes.least, 1, sizes.lanes);
+  std::map<JobOrder, PlacedJob> jobs;
+  for (std::uint32_t lane = 0; lane < lanes; ++lane) {
+    const std::size_t end = (lane + 1) * order.size() / lanes;
+    std::size_t number = 0;
+    for (std::size_t begin = lane * order.size() / lanes; begin < end; ++number) {
+      const std::size_t left = end - begin;
+      const std::size_t size = std::min(left, std::clamp(left / kShare, sizes.least, sizes.most));
+      PlacedJob placed{common, lane, {}};
+      placed.job.name += std::to_string(jobs.size());
+      std::set<KeyframeId> needed;
+      for (std::size_t i = begin; i < begin + size; ++i) {
+        const LoopQuestion& question = questions[order[i]];
+        placed.positions.push_back(order[i]);
+        placed.job.questions.push_back(question);
+        add_with_neighbours(sessions, question.query, needed);
+        add_with_neighbours(sessions, question.match, needed);
+      }
+      for (const KeyframeId k : needed) {
+        const KeyframeRecord& keyframe = sessions[k.session].keyframes[k.keyframe];
+        placed.job.keyframes.push_back({k, name_of(k), keyframe.T_odometry_keyframe, keyframe.up});
+      }
+      jobs.emplace(JobOrder{number, reversed(lane)}, std::move(placed));
+      begin += size;
     }
-    for (const KeyframeId k : needed) {
-      const KeyframeRecord& keyframe = sessions[k.session].keyframes[k.keyframe];
-      placed.job.keyframes.push_back({k, name_of(k), keyframe.T_odometry_keyframe, keyframe.up});
-    }
-    jobs.push_back(std::move(placed));
-    begin += size;
   }
-  return jobs;
+  std::vector<PlacedJob> in_order;
+  for (auto& [place, placed] : jobs) in_order.push_back(std::move(placed));
+  return in_order;
 }
 
 std::string fault_of(const LoopConstraint& outcome) {

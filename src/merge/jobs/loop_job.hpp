@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <string>
@@ -38,6 +39,7 @@ struct LoopJob {
 /// A job and where its questions were among those that it was made of.
 struct PlacedJob {
   LoopJob job;
+  std::uint32_t lane = 0;  ///< jobs of a lane, and of lanes beside each other, share keyframes
   std::vector<std::size_t> positions;
 };
 
@@ -48,15 +50,17 @@ std::string question_key(const LoopQuestion& question);
 /// The name of a keyframe's bytes.
 using KeyframeNaming = std::function<std::string(KeyframeId)>;
 
-/// Questions of a job, as long as there are so many.
+/// Questions of a job, as long as there are so many, and how many lanes there are.
 struct JobSizes {
-  std::size_t least = 16;
+  std::size_t least = 8;
   std::size_t most = 64;
+  std::size_t lanes = 16;
 };
 
-/// Jobs of questions that share keyframes, and jobs that follow each other share some, too; the
-/// last ones are small. Questions without keyframes of their own (summaries) or with a pose that is
-/// not rigid are in none of them.
+/// Jobs of questions that share keyframes, in lanes; the last ones of each lane are small. The
+/// first job of every lane comes before the second of any, those of lanes far apart first.
+/// Questions without keyframes of their own (summaries) or with a pose that is not rigid are in
+/// none of them.
 std::vector<PlacedJob> make_jobs(const std::vector<SessionData>& sessions,
                                  std::span<const LoopQuestion> questions, const LoopJob& common,
                                  const KeyframeNaming& name_of, const JobSizes& sizes = {});

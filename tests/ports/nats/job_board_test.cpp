@@ -26,7 +26,7 @@ TEST_CASE("a job goes to one worker, and its answer to the project that asked", 
   const auto second = open_source(server.address(), kNames.version);
 
   CHECK_FALSE(first->next_job(kNow));
-  board->put_job("job 1");
+  board->put_job("job 1", 0);
   const auto taken = first->next_job(kSoon);
   REQUIRE(taken);
   CHECK(taken->text == "job 1");
@@ -50,14 +50,39 @@ TEST_CASE("a job that nobody has begun is taken back, one that somebody has is n
   const TestServer server;
   const auto board = open_board(server.address(), kNames);
   const auto source = open_source(server.address(), kNames.version);
-  const std::uint64_t begun = board->put_job("begun");
-  const std::uint64_t last = board->put_job("last");
+  const std::uint64_t begun = board->put_job("begun", 0);
+  const std::uint64_t last = board->put_job("last", 0);
   REQUIRE(source->next_job(kSoon));
-  CHECK(board->take_back(last));
-  CHECK_FALSE(board->take_back(last));
-  CHECK_FALSE(board->take_back(begun));
+  CHECK(board->take_back(last, 0));
+  CHECK_FALSE(board->take_back(last, 0));
+  CHECK_FALSE(board->take_back(begun, 0));
   source->answer("answer");
   CHECK_FALSE(source->next_job(kNow));
+}
+
+TEST_CASE("a worker stays in its lane, then goes to the longest, of equal ones to that beside it",
+          "[nats]") {
+  if (!TestServer::is_installed()) return;
+  const TestServer server;
+  const auto board = open_board(server.address(), kNames);
+  const auto source = open_source(server.address(), kNames.version);
+  const auto next = [&source] {
+    const auto job = source->next_job(kSoon);
+    source->answer("answer");
+    return job ? job->text : "none";
+  };
+  board->put_job("a of 4", 4);
+  CHECK(next() == "a of 4");
+  board->put_job("b of 4", 4);
+  const std::uint64_t last = board->put_job("c of 4", 4);
+  board->put_job("of 3", 3);
+  board->put_job("of 12", 12);
+  CHECK(next() == "b of 4");
+  CHECK(board->take_back(last, 4));
+  CHECK(next() == "of 3");
+  CHECK(next() == "of 12");
+  for (const std::uint32_t lane : {3U, 4U, 4U}) board->put_job(std::to_string(lane), lane);
+  for (const char* text : {"4", "4", "3"}) CHECK(next() == text);
 }
 
 TEST_CASE("workers of another version get no job, and are told for whom jobs wait", "[nats]") {
@@ -65,7 +90,7 @@ TEST_CASE("workers of another version get no job, and are told for whom jobs wai
   const TestServer server;
   const auto board = open_board(server.address(), kNames);
   const auto other = open_source(server.address(), "0_9-4");
-  board->put_job("job");
+  board->put_job("job", 0);
   CHECK_FALSE(other->next_job(kNow));
   CHECK(other->versions_wanted() == std::vector<std::string>{"1_0-5"});
 }
@@ -74,7 +99,7 @@ TEST_CASE("a merge that waits for an answer hears of it at once", "[nats]") {
   if (!TestServer::is_installed()) return;
   const TestServer server;
   const auto board = open_board(server.address(), kNames);
-  board->put_job("job");
+  board->put_job("job", 0);
   std::thread worker([&] {
     const auto source = open_source(server.address(), kNames.version);
     if (source->next_job(kSoon)) source->answer("answer");
@@ -90,7 +115,7 @@ TEST_CASE("a job of a worker that is dead goes to another one, which learns so",
   if (!TestServer::is_installed()) return;
   const TestServer server;
   const auto board = open_board(server.address(), kNames);
-  board->put_job("job");
+  board->put_job("job", 0);
   REQUIRE(open_source(server.address(), kNames.version)->next_job(kSoon));
   const auto other = open_source(server.address(), kNames.version);
   const auto again = other->next_job(std::chrono::seconds(25));
@@ -105,13 +130,13 @@ TEST_CASE("answers outlast a merge and a server that are killed, its jobs the se
   TestServer server;
   {
     const auto board = open_board(server.address(), kNames);
-    board->put_job("job 1");
-    board->put_job("job 2");
+    board->put_job("job 1", 0);
+    board->put_job("job 2", 0);
     const auto source = open_source(server.address(), kNames.version);
     REQUIRE(source->next_job(kSoon));
     source->answer("answer 1");
     server.kill();
-    CHECK_THROWS_AS(board->put_job("job 3"), NatsError);
+    CHECK_THROWS_AS(board->put_job("job 3", 0), NatsError);
     CHECK_THROWS_AS(board->next_answer(kNow), NatsError);
     CHECK_THROWS_AS(source->next_job(kNow), NatsError);
   }
@@ -126,6 +151,6 @@ TEST_CASE("a job that the server does not take is refused with the remedy", "[na
   if (!TestServer::is_installed()) return;
   const TestServer server("max_payload: 2000\n");
   const auto board = open_board(server.address(), kNames);
-  CHECK_THROWS_WITH(board->put_job(std::string(3000, 'x')), Contains("raise max_payload"));
-  board->put_job("small");
+  CHECK_THROWS_WITH(board->put_job(std::string(3000, 'x'), 0), Contains("raise max_payload"));
+  board->put_job("small", 0);
 }
