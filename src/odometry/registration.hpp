@@ -44,7 +44,7 @@ struct Determination {
 /// How strictly points are registered.
 struct Tolerance {
   double kernel_m = 1.0;   ///< points so far from their surface count a quarter
-  double sparse_m = 1.0;   ///< the same along directions that few points determine
+  double sparse_m = 1.0;   ///< that kernel along directions that few points determine
   double reach_m = 1.0;    ///< points farther from their surface do not count
   bool is_coarse = false;  ///< to the coarse map alone
   int iterations = 30;     ///< at most
