@@ -76,10 +76,11 @@ class SurfaceHeights {
     for (const auto& metre : metres_) values.push_back(metre.height_m);
     side.height_m = median(std::span(values));
     for (std::size_t k = 0; k < metres_.size(); ++k) {
-      const bool is_level =
-          metres_[k].is_flat && std::fabs(metres_[k].height_m - side.height_m) < kLevel_m;
+      const bool is_near = std::fabs(metres_[k].height_m - side.height_m) < kLevel_m;
+      const bool is_level = metres_[k].is_flat && is_near;
       side.level += is_level ? 1 : 0;
       side.level_in_sight += is_level && metres_[k].shows_both ? 1 : 0;
+      side.in_sight += is_near && metres_[k].shows_both ? 1 : 0;
       side.flat += metres_[k].is_flat ? 1 : 0;
       values[k] = std::fabs(metres_[k].height_m - side.height_m);
     }
@@ -197,7 +198,8 @@ Side find_up(const DrivenSurface& driven, SheetSide sheet) {
   const std::size_t told = is_mirrored ? above.level : above.level_in_sight;
   const std::size_t against = is_mirrored ? below.level : below.level_in_sight;
   if (told >= kFewest && told > kTimes * against && above.height_m < kHighest_m) {
-    return Side::kBelow;
+    // A low ceiling may show itself better than a ground with people on it.
+    return is_mirrored || told > kTimes * below.in_sight ? Side::kBelow : Side::kUnknown;
   }
   if (is_mirrored) {
     const bool is_driven_on = below.level >= kFewest && below.height_m < kTallest_m;

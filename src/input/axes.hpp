@@ -34,6 +34,7 @@ struct SurfaceSide {
   std::size_t seen = 0;            ///< metres of path, over all scans, with points there
   std::size_t flat = 0;            ///< seen metres with a level surface
   std::size_t level = 0;           ///< flat metres about as far away as usual
+  std::size_t in_sight = 0;        ///< metres about as far away, in sight, flat or not
   std::size_t level_in_sight = 0;  ///< level metres where ground below would be in sight
   double height_m = 0.0;           ///< median distance from the path
   double scatter_m = 0.0;          ///< four in five metres differ by less from it
