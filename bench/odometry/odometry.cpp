@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <limits>
 #include <random>
 #include <span>
 #include <stdexcept>
@@ -120,20 +121,49 @@ class SimulatedGyroscope {
 
 enum class Imu { kNone, kGyroscope, kRecorded };
 
-/// The stamp of the first scan is 0, so that no digit of a time is lost.
-double seconds_of(const datasets::Dataset& dataset, std::size_t scan) {
-  return 1e-9 * static_cast<double>(dataset.stamp_ns(scan) - dataset.stamp_ns(0));
+/// Which scans of a recording are taken, in which order, and how far they are seen: one recording
+/// is several then.
+struct Selection {
+  std::size_t first = 0;
+  std::size_t every = 1;
+  bool is_reversed = false;
+  double range_m = LidarOdometryConfig{}.max_range_m;
+
+  [[nodiscard]] std::vector<std::size_t> scans(std::size_t count) const {
+    std::vector<std::size_t> chosen;
+    for (std::size_t i = first; i < count; i += every) chosen.push_back(i);
+    if (is_reversed) std::reverse(chosen.begin(), chosen.end());
+    return chosen;
+  }
+  /// Since the first scan that is taken.
+  [[nodiscard]] std::int64_t stamp_ns(const datasets::Dataset& dataset, std::size_t scan) const {
+    const std::size_t count = dataset.scan_count();
+    return is_reversed ? dataset.stamp_ns(count - 1) - dataset.stamp_ns(scan)
+                       : dataset.stamp_ns(scan) - dataset.stamp_ns(first);
+  }
+};
+
+/// Points out of range are no numbers.
+void cut(datasets::Scan& scan, double range_m) {
+  for (datasets::Scan::Point& point : scan.points) {
+    if (std::hypot(point.x, point.y, point.z) > range_m) {
+      point.x = std::numeric_limits<float>::quiet_NaN();
+    }
+  }
 }
 
-Run run_point_to_point(const datasets::Dataset& dataset) {
+Run run_point_to_point(const datasets::Dataset& dataset, const Selection& selection) {
   const std::vector<Pose> truths = dataset.ground_truth_poses();
   bench::PointToPoint odometry;
   datasets::Scan scan;
   Run run;
-  for (std::size_t i = 0; i < dataset.scan_count(); ++i) {
+  for (const std::size_t i : selection.scans(dataset.scan_count())) {
     dataset.read_scan(i, scan);
+    cut(scan, selection.range_m);
+    // The first stamp is 0, so that no digit of a time is lost.
+    const double stamp_s = 1e-9 * static_cast<double>(selection.stamp_ns(dataset, i));
     const double begin_ms = processor_ms();
-    const Pose pose = odometry.add_scan(seconds_of(dataset, i), scan.view(), scan.time_s);
+    const Pose pose = odometry.add_scan(stamp_s, scan.view(), scan.time_s);
     run.ms.push_back(processor_ms() - begin_ms);
     run.up_off_deg.push_back(0.0);
     run.pairs.push_back({pose, truths.empty() ? dataset.pose(i) : truths[i]});
@@ -141,7 +171,7 @@ Run run_point_to_point(const datasets::Dataset& dataset) {
   return run;
 }
 
-Run run(const datasets::Dataset& dataset, Imu imu, bool is_swept, std::size_t first_scan) {
+Run run(const datasets::Dataset& dataset, Imu imu, bool is_swept, const Selection& selection) {
   const LidarOdometryConfig config;
   MemoryBlock memory(LidarOdometry::required_bytes(config));
   const auto created = LidarOdometry::create(config, memory.span());
@@ -153,8 +183,9 @@ Run run(const datasets::Dataset& dataset, Imu imu, bool is_swept, std::size_t fi
   if (imu == Imu::kRecorded) recorded = dataset.gyroscope();
   auto sample = recorded.samples.begin();
   datasets::Scan scan;
-  for (std::size_t i = first_scan; i < dataset.scan_count(); ++i) {
+  for (const std::size_t i : selection.scans(dataset.scan_count())) {
     dataset.read_scan(i, scan);
+    cut(scan, selection.range_m);
     if (!is_swept) scan.time_s.clear();
     const float last_s =
         scan.time_s.empty() ? 0.0F : *std::max_element(scan.time_s.begin(), scan.time_s.end());
@@ -165,8 +196,9 @@ Run run(const datasets::Dataset& dataset, Imu imu, bool is_swept, std::size_t fi
       static_cast<void>((*created)->add_acceleration(sample->stamp_ns, sample->acceleration));
     }
     const double begin_ms = processor_ms();
-    const OdometryResult result =
-        (*created)->add_scan(dataset.stamp_ns(i), scan.view(), scan.time_s);
+    const OdometryResult result = (*created)->add_scan(
+        selection.is_reversed ? selection.stamp_ns(dataset, i) : dataset.stamp_ns(i), scan.view(),
+        scan.time_s);
     run.ms.push_back(processor_ms() - begin_ms);
     run.degenerate += result.state == OdometryState::kDegenerate ? 1 : 0;
     run.lost += result.state == OdometryState::kLost ? 1 : 0;
@@ -207,25 +239,45 @@ void print(Run run) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::string mode = argc == 3 ? argv[2] : "";
-  const Imu imu = mode == "gyroscope" ? Imu::kGyroscope
-                  : mode == "imu"     ? Imu::kRecorded
-                                      : Imu::kNone;
-  const bool is_later = mode.rfind("from=", 0) == 0;
-  const bool is_known =
-      imu != Imu::kNone || is_later || mode == "swept-as-still" || mode == "point-to-point";
-  if (argc != 2 && !is_known) {
+  Imu imu = Imu::kNone;
+  bool is_swept = true;
+  bool is_point_to_point = false;
+  bool is_known = argc >= 2;
+  Selection selection;
+  for (int i = 2; i < argc; ++i) {
+    const std::string option = argv[i];
+    const std::string value = option.substr(std::min(option.size(), option.find('=') + 1));
+    if (option == "gyroscope")
+      imu = Imu::kGyroscope;
+    else if (option == "imu")
+      imu = Imu::kRecorded;
+    else if (option == "swept-as-still")
+      is_swept = false;
+    else if (option == "point-to-point")
+      is_point_to_point = true;
+    else if (option == "reversed")
+      selection.is_reversed = true;
+    else if (option.starts_with("from="))
+      selection.first = std::stoul(value);
+    else if (option.starts_with("every="))
+      selection.every = std::stoul(value);
+    else if (option.starts_with("range="))
+      selection.range_m = std::stod(value);
+    else
+      is_known = false;
+  }
+  if (!is_known) {
     std::fprintf(stderr,
                  "usage: odometry_bench RECORDING [gyroscope | imu | swept-as-still | "
-                 "point-to-point | from=SCAN]\n");
+                 "point-to-point] [from=SCAN] [every=SCANS] [range=METRES] [reversed]\n"
+                 "reversed: of scans whose points have no times\n");
     return 2;
   }
   try {
     // The odometry compensates sweeps by itself.
     const auto dataset = datasets::open_dataset(argv[1], {.deskew = datasets::Deskew::kOff});
-    const std::size_t first_scan = is_later ? std::stoul(mode.substr(5)) : 0;
-    print(mode == "point-to-point" ? run_point_to_point(*dataset)
-                                   : run(*dataset, imu, mode != "swept-as-still", first_scan));
+    print(is_point_to_point ? run_point_to_point(*dataset, selection)
+                            : run(*dataset, imu, is_swept, selection));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "odometry_bench: %s\n", error.what());
     return 1;

@@ -30,10 +30,10 @@ cells() {
       v["drift_percent"], v["ms_p50"], v["ms_p99"], v["degenerate"], v["lost"] }'
 }
 
-# worst RECORDING: the cells of that first scan with the largest relative error
+# worst RECORDING OPTION...: the cells of that first scan with the largest relative error
 worst() {
   local first
-  for first in 1 3 5 8 12; do cells "$1" "from=$first"; done | sort -t '|' -k 2,2g | tail -n 1
+  for first in 1 3 5 8 12; do cells "$@" "from=$first"; done | sort -t '|' -k 2,2g | tail -n 1
 }
 
 # simulated SCENE LIDAR ARGUMENTS...: cells of a recording whose points are not compensated
@@ -75,7 +75,14 @@ recorded_table() {
   row "KITTI 0001, 60 scans" 7 cells "$recordings/kitti_0001"
   row "KITTI 0005, the worst of five later first scans" 7 worst "$recordings/kitti_0005a"
   row "KITTI 0001, the worst of five later first scans" 7 worst "$recordings/kitti_0001"
+  row "KITTI 0005, backwards, the worst of five" 7 worst "$recordings/kitti_0005a" reversed
+  row "KITTI 0001, backwards, the worst of five" 7 worst "$recordings/kitti_0001" reversed
+  row "KITTI 0005, points within 15 m, the worst of five" 7 worst "$recordings/kitti_0005a" range=15
+  row "KITTI 0001, every second scan, the worst of five" 7 worst "$recordings/kitti_0001" every=2
   row "hall, 2 Hz, carried by hand, 177 scans" 7 cells "$recordings/hilti_hall"
+  row "hall, backwards, the worst of five" 7 worst "$recordings/hilti_hall" reversed
+  row "hall, every third scan, the worst of five" 7 worst "$recordings/hilti_hall" every=3
+  row "hall, points within 15 m, the worst of five" 7 worst "$recordings/hilti_hall" range=15
 }
 
 simulated_table() {

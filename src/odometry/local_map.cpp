@@ -45,12 +45,27 @@ Eigen::Matrix3f covariance_of(const MapVoxel& voxel, const Eigen::Vector3f& mean
   return covariance * share - mean_m * mean_m.transpose();
 }
 
+/// Of points that fill the voxel along a direction nothing shows where they are along it: they move
+/// along with the sensor's pattern.
+void set_cluster(const SymmetricEigen<float>& eigen, float compact_m2, Surface& surface) noexcept {
+  constexpr float kPlane_m2 = 0.05F * 0.05F;
+  for (int i = 0; i < 3; ++i) {
+    const float variance_m2 = eigen.values(i);
+    if (!(variance_m2 <= compact_m2)) continue;
+    const float share = std::sqrt(kPlane_m2 / (kPlane_m2 + variance_m2));
+    add_outer_product(share * eigen.vectors.col(i), surface.across);
+    surface.is_cluster = true;
+  }
+}
+
 }  // namespace
 
-void LocalMap::allocate(Arena& arena, std::size_t voxels, double voxel_m) noexcept {
+void LocalMap::allocate(Arena& arena, std::size_t voxels, double voxel_m,
+                        double compact_m) noexcept {
   voxels_.allocate(arena, voxels);
   voxel_m_ = voxel_m;
   per_m_ = 1.0 / voxel_m;
+  compact_m2_ = static_cast<float>(compact_m * compact_m);
 }
 
 void LocalMap::clear() noexcept {
@@ -103,6 +118,9 @@ Eigen::Vector3d LocalMap::centre(std::uint32_t entry) const noexcept {
 void LocalMap::update_surface(MapVoxel& voxel) const noexcept {
   constexpr std::uint16_t kFewest = 8;
   constexpr std::uint16_t kFewestClear = 10;
+  constexpr std::uint16_t kFewestCluster = 12;
+  // Two bare planes that meet fill half of the sub-cells at most.
+  constexpr std::uint16_t kFewestClearCluster = 26;
   constexpr float kSpread = 0.12F;      // standard deviation along the surface, in voxels
   constexpr float kSpreadClear = 0.2F;  // a full plane has 0.29
   constexpr float kFlat = 0.1F;         // variance across a plane, of that along it
@@ -122,8 +140,14 @@ void LocalMap::update_surface(MapVoxel& voxel) const noexcept {
   const bool is_many = voxel.points >= kFewestClear;
   const Eigen::Vector3f& v = eigen.values;
   for (float& element : surface.across) element = 0.0F;
+  surface.is_cluster = false;
+  if (v(1) >= variance_of(kSpread) && v(0) > kFlat * v(1)) {
+    if (voxel.points >= kFewestCluster) set_cluster(eigen, compact_m2_, surface);
+    surface.is_clear = voxel.points >= kFewestClearCluster;
+    voxel.is_surface = surface.is_cluster;
+    return;
+  }
   if (v(1) >= variance_of(kSpread)) {
-    if (v(0) > kFlat * v(1)) return;
     add_outer_product(eigen.vectors.col(0), surface.across);
     surface.is_clear = is_many && v(0) <= kFlatClear * v(1) && v(1) >= variance_of(kSpreadClear);
   } else {

@@ -10,13 +10,15 @@
 
 namespace unimapper::odometry {
 
-/// What scan points are registered to: a plane, or a pole.
+/// What scan points are registered to: a plane, a pole, or a cluster of points.
 struct Surface {
   Eigen::Vector3f mean_m = Eigen::Vector3f::Zero();  ///< relative to the voxel's centre
-  /// Upper triangle, row by row, of the projection onto the directions across the surface: one of
-  /// a plane, two of a pole.
+  /// Upper triangle, row by row. Of a plane or a pole the projection onto the directions across it,
+  /// one or two. Of a cluster the inverse covariance along directions in which it is compact, as a
+  /// multiple of a plane's.
   float across[6] = {};
-  bool is_clear = false;  ///< whether its directions are beyond doubt
+  bool is_clear = false;    ///< whether its directions are beyond doubt
+  bool is_cluster = false;  ///< neither a plane nor a pole
 };
 
 /// One voxel. Each of its 4 x 4 x 4 sub-cells takes one point: the points lie evenly however
@@ -28,7 +30,7 @@ struct MapVoxel {
   Surface surface;                                  ///< where `is_surface`
   std::uint16_t points = 0;                         ///< points that were taken
   bool is_changed = false;                          ///< since `surface` was computed
-  bool is_surface = false;                          ///< whether the points show a plane or a pole
+  bool is_surface = false;                          ///< whether the points show one
 };
 
 /// Voxels in fixed memory, kept by distance. Deterministic: their order and what is removed
@@ -38,8 +40,9 @@ class LocalMap {
   /// No entry.
   static constexpr std::uint32_t kNone = FixedHashMap<MapVoxel>::kNotFound;
 
-  /// Takes room for so many voxels of `voxel_m` edge.
-  void allocate(Arena& arena, std::size_t voxels, double voxel_m) noexcept;
+  /// Takes room for so many voxels of `voxel_m` edge. Clusters are compact where their deviation is
+  /// at most `compact_m`.
+  void allocate(Arena& arena, std::size_t voxels, double voxel_m, double compact_m) noexcept;
   /// Forgets everything. O(1).
   void clear() noexcept;
 
@@ -70,6 +73,7 @@ class LocalMap {
   FixedHashMap<MapVoxel> voxels_;
   double voxel_m_ = 1.0;
   double per_m_ = 1.0;
+  float compact_m2_ = 0.0F;   // variance
   std::uint32_t cursor_ = 0;  // where `forget_far` goes on
 };
 

@@ -1,6 +1,7 @@
 #include "registration.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "motion.hpp"
@@ -18,6 +19,7 @@ struct Match {
   Eigen::Vector3d off_m;    ///< from the surface to the point, in these directions
   double squared_m2 = 0.0;  ///< of the distance
   bool is_clear = false;    ///< as of the surface
+  bool is_cluster = false;  ///< neither a plane nor a pole
 };
 
 bool match(SourcePoint& point, Maps maps, const Sweep& sweep, bool is_coarse,
@@ -41,6 +43,7 @@ bool match(SourcePoint& point, Maps maps, const Sweep& sweep, bool is_coarse,
     result.off_m = result.across * from_mean_m;
     result.squared_m2 = from_mean_m.dot(result.off_m);
     result.is_clear = surface.is_clear;
+    result.is_cluster = surface.is_cluster;
     return true;
   }
   return false;
@@ -54,11 +57,12 @@ double robust_weight(double squared_m2, double kernel_m) noexcept {
 }
 
 /// How much a point says about a motion that moves it by `path`, from 0 to the square of its
-/// length; 0 if that is little: noise in the normals makes every point say a little about all.
+/// length; 0 if that is little: noise in the normals of planes makes every point say a little about
+/// all.
 double says(const Match& m, const Eigen::Vector3d& path, double least) noexcept {
   if (!m.is_clear) return 0.0;
   const double squared = path.dot(m.across * path);
-  return squared > least * least ? squared : 0.0;
+  return m.is_cluster || squared > least * least ? squared : 0.0;
 }
 
 double says_of_translation(const Match& m, const Eigen::Vector3d& axis) noexcept {
@@ -133,9 +137,13 @@ NormalEquations linearise(std::span<SourcePoint> points, Maps maps, const Sweep&
   return sum;
 }
 
-/// Which share of the points says much about the axes of translation and rotation.
+/// Which share of the points says much about the axes of translation and rotation. Clusters may be
+/// the sensor's pattern, which stands still in its view, as a vehicle that drives along does: they
+/// count along directions in which the sensor `moved_m`.
 Determination determine(std::span<SourcePoint> points, Maps maps, const Sweep& sweep,
-                        const Tolerance& tolerance, const NormalEquations& sum) noexcept {
+                        const Tolerance& tolerance, const NormalEquations& sum,
+                        const Eigen::Vector3d& moved_m) noexcept {
+  constexpr double kMoves_m = 0.02;
   const Eigen::Matrix3d translation = sum.matrix.topLeftCorner<3, 3>();
   const Eigen::Matrix3d rotation = sum.matrix.bottomRightCorner<3, 3>();
   Determination result;
@@ -149,6 +157,7 @@ Determination determine(std::span<SourcePoint> points, Maps maps, const Sweep& s
     all += k;
     for (int i = 0; i < 6; ++i) {
       const Eigen::Vector3d axis = result.axes.col(i);
+      if (m.is_cluster && i < 3 && std::abs(axis.dot(moved_m)) < kMoves_m) continue;
       result.share(i) += k * (i < 3 ? says_of_translation(m, axis) : says_of_rotation(m, axis));
     }
   }
@@ -200,13 +209,16 @@ Registered register_points(std::span<SourcePoint> points, Maps maps, const Inter
     return Sweep::of(points, interval.T_odometry_before, pose, interval.seconds, 0.0,
                      interval.turns);
   };
+  const auto moved_m = [&](const Pose& pose) -> Eigen::Vector3d {
+    return pose.translation - interval.T_odometry_before.translation;
+  };
   Registered result;
   result.pose = start;
   SparseDirections sparse;
   if (expectation.is_known) {
     const Sweep sweep = sweep_at(start);
     const NormalEquations all = linearise(points, maps, sweep, tolerance, {});
-    sparse = SparseDirections(determine(points, maps, sweep, tolerance, all));
+    sparse = SparseDirections(determine(points, maps, sweep, tolerance, all, moved_m(start)));
   }
   for (int i = 0; i < tolerance.iterations; ++i) {
     result.equations = linearise(points, maps, sweep_at(result.pose), tolerance, sparse);
@@ -218,7 +230,7 @@ Registered register_points(std::span<SourcePoint> points, Maps maps, const Inter
   const Sweep sweep = sweep_at(result.pose);
   const NormalEquations all =
       sparse.any ? linearise(points, maps, sweep, tolerance, {}) : result.equations;
-  result.determination = determine(points, maps, sweep, tolerance, all);
+  result.determination = determine(points, maps, sweep, tolerance, all, moved_m(result.pose));
   return result;
 }
 

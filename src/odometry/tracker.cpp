@@ -22,8 +22,11 @@ OdometryResult refusal(const OdometryResult& last, ErrorCode code, const char* m
 
 void Tracker::allocate(Arena& arena) noexcept {
   constexpr std::size_t kFewerCoarse = 4;  // they are nine times larger along a plane
-  maps[0].allocate(arena, config.max_voxels, config.voxel_m);
-  maps[1].allocate(arena, config.max_voxels / kFewerCoarse, kCoarseVoxels * config.voxel_m);
+  constexpr double kCompact = 0.24;        // points that fill a voxel have 0.29
+  const double compact_m = kCompact * config.voxel_m;
+  maps[0].allocate(arena, config.max_voxels, config.voxel_m, compact_m);
+  maps[1].allocate(arena, config.max_voxels / kFewerCoarse, kCoarseVoxels * config.voxel_m,
+                   compact_m);
   gyroscope.allocate(arena);
   accelerometer.allocate(arena);
   thinning.allocate(arena, config);
@@ -131,7 +134,8 @@ OdometryResult Tracker::begin() noexcept {
 }
 
 OdometryResult Tracker::go_on(double seconds) noexcept {
-  constexpr double kSuspicious = 0.8;  // of the usual fit
+  constexpr double kUnusual = 0.95;    // of the usual fit
+  constexpr double kSuspicious = 0.9;  // the same
   constexpr double kHopeless = 0.4;    // the same
   take_source();
   ask_gyroscope(seconds);
@@ -147,18 +151,20 @@ OdometryResult Tracker::go_on(double seconds) noexcept {
     return is_second || weak_motion.is_possible(steadily, r.pose, seconds);
   };
   double found_fit = fit(found, interval);
-  const double as_usual = kSuspicious * usual_fit;
-  const auto is_suspicious = [&] { return found_fit < as_usual || !is_possible(found); };
+  const auto is_below = [&](double share) {
+    return !is_second && (found_fit < share * usual_fit || !is_possible(found));
+  };
   const auto take_if_better = [&](const Registered& other) {
     const double other_fit = fit(other, interval);
     // One that fits as usual contradicts what was found, wherever it is.
-    if (!(other_fit > found_fit) || !(is_possible(other) || other_fit >= as_usual)) return;
+    if (!(other_fit > found_fit) || !(is_possible(other) || other_fit >= kSuspicious * usual_fit))
+      return;
     found = other;
     found_fit = other_fit;
   };
-  // While the deviation is unknown, coarse voxels may mislead where the prediction is right.
-  if (deviations == 0 && !is_second && is_suspicious()) take_if_better(refine(interval, steadily));
-  if (!is_second && is_suspicious()) take_if_better(search(interval));
+  // Coarse voxels may mislead where the prediction is right.
+  if (is_below(kUnusual)) take_if_better(refine(interval, steadily));
+  if (is_below(kSuspicious)) take_if_better(search(interval));
   const Velocity v = velocity_of(interval.T_odometry_before.inverse() * found.pose, seconds);
   const bool fits =
       found.is_valid && is_plausible(v) && is_possible(found) && found_fit >= kHopeless * usual_fit;

@@ -56,18 +56,18 @@ double WeakMotion::variance_of(double open_s, double seconds, bool is_rotation) 
 
 Matrix6d WeakMotion::add(const Registered& found, double seconds, double ahead_s,
                          const Eigen::Matrix3d& R_sensor_odometry) noexcept {
-  // An axis that has become weak is determined again only by more points: a few that are wrong must
-  // not end it.
+  // An axis that is weak, or that nothing has determined yet, is so only by more points: a few that
+  // are wrong must not end it.
   constexpr double kStillWeak = 0.006;
   constexpr double kSure = 0.01;
   determination_ = found.determination;
   sure_scans_ = determination_.share.minCoeff() > kSure ? sure_scans_ + 1 : 0;
   is_velocity_known_ = is_velocity_known_ || sure_scans_ > 0;
-  is_velocity_sure_ = is_velocity_sure_ || sure_scans_ >= kTellVelocity;
+  is_velocity_sure_ = is_velocity_sure_ || sure_scans_ >= kTellFirstVelocity;
   Matrix6d covariance = covariance_of(found.equations);
   for (int kind = 0; kind < 2; ++kind) {
     OpenMotion& open = open_[kind];
-    const double least = open.seconds > 0.0 ? kStillWeak : kWeak;
+    const double least = open.seconds > 0.0 || !is_velocity_known_ ? kStillWeak : kWeak;
     bool is_any_weak = false;
     for (int i = 3 * kind; i < 3 * kind + 3; ++i) {
       is_weak_[i] = !(determination_.share(i) > least);

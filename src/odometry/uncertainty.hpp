@@ -37,6 +37,9 @@ class WeakMotion {
   /// Scans in a row that determine an axis before its velocity is sure: another vehicle, or a few
   /// fittings, do so for one or two.
   static constexpr std::uint32_t kTellVelocity = 3;
+  /// Scans in a row that determine all axes before a first velocity is sure: nothing foretells it,
+  /// and a vehicle may be beside the robot for half a second.
+  static constexpr std::uint32_t kTellFirstVelocity = 10;
 
   /// The time since scans last told the velocity along all axes of a kind.
   struct OpenMotion {

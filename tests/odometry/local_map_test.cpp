@@ -11,7 +11,10 @@ using namespace unimapper::odometry;
 
 namespace {
 
-using OwnedMap = Owned<LocalMap>;
+/// Voxels of a metre.
+struct OwnedMap : Owned<LocalMap> {
+  explicit OwnedMap(std::size_t voxels = 64) : Owned<LocalMap>(voxels, 1.0, 0.24) {}
+};
 
 /// The surface nearest to a point, which there must be.
 const Surface& surface_at(OwnedMap& map, const Eigen::Vector3d& point) {
@@ -23,7 +26,7 @@ const Surface& surface_at(OwnedMap& map, const Eigen::Vector3d& point) {
 }  // namespace
 
 TEST_CASE("a full plane is a clear surface that says how far points are across it") {
-  OwnedMap map(std::size_t{64}, 1.0);
+  OwnedMap map;
   for (double x = 0.05; x < 1.0; x += 0.1) {
     for (double y = 0.05; y < 1.0; y += 0.1) map->add({x, y, 0.5});
   }
@@ -35,7 +38,7 @@ TEST_CASE("a full plane is a clear surface that says how far points are across i
 }
 
 TEST_CASE("a line that lies is no surface, and one that stands is a pole") {
-  OwnedMap map(std::size_t{64}, 1.0);
+  OwnedMap map;
   for (double a = 0.01; a < 4.0; a += 0.05) map->add({a, 0.5, 0.5});
   CHECK(map->nearest_surface({0.5, 0.5, 0.5}) == LocalMap::kNone);
   map->clear();
@@ -51,7 +54,7 @@ TEST_CASE("a line that lies is no surface, and one that stands is a pole") {
 }
 
 TEST_CASE("what is scattered, and what has few points, is no surface") {
-  OwnedMap map(std::size_t{64}, 1.0);
+  OwnedMap map;
   test::Random random(1);
   for (int i = 0; i < 500; ++i) {
     map->add({random.uniform(), random.uniform(), random.uniform()});
@@ -62,8 +65,31 @@ TEST_CASE("what is scattered, and what has few points, is no surface") {
   CHECK(map->nearest_surface({0.5, 0.5, 0.5}) == LocalMap::kNone);
 }
 
+TEST_CASE("points in a heap are a surface along the directions in which it is compact") {
+  OwnedMap map;
+  test::Random random(1);
+  const auto fill = [&](double height) {
+    map->clear();
+    for (int i = 0; i < 2000; ++i) {
+      map->add({random.uniform(0.2, 0.8), random.uniform(0.2, 0.8),
+                random.uniform(0.5 - 0.5 * height, 0.5 + 0.5 * height)});
+    }
+    return surface_at(map, {0.5, 0.5, 0.5});
+  };
+  const Surface heap = fill(0.6);
+  CHECK(heap.is_cluster);
+  CHECK(heap.is_clear);
+  for (const int diagonal : {0, 3, 5}) {
+    CHECK(heap.across[diagonal] > 0.02F);  // less than a plane, which has one
+    CHECK(heap.across[diagonal] < 0.2F);
+  }
+  const Surface column = fill(1.0);
+  CHECK(column.across[0] > 0.02F);
+  CHECK(column.across[5] == Approx(0.0F).margin(0.005));
+}
+
 TEST_CASE("a place that is seen again stays as it is") {
-  OwnedMap map(std::size_t{64}, 1.0);
+  OwnedMap map;
   test::Random random(2);
   const auto look = [&] {
     for (double x = 0.1; x < 1.0; x += 0.2) {
@@ -77,7 +103,7 @@ TEST_CASE("a place that is seen again stays as it is") {
 }
 
 TEST_CASE("what is far is forgotten within some calls, and what is near is kept") {
-  OwnedMap map(std::size_t{4096}, 1.0);
+  OwnedMap map(4096);
   for (int x = 0; x < 100; ++x) {
     for (int y = 0; y < 10; ++y) map->add({x + 0.5, y + 0.5, 0.5});
   }
@@ -89,7 +115,7 @@ TEST_CASE("what is far is forgotten within some calls, and what is near is kept"
 }
 
 TEST_CASE("a map that is full refuses further voxels, and takes points of those it has") {
-  OwnedMap map(std::size_t{2}, 1.0);
+  OwnedMap map(2);
   CHECK(map->add({0.5, 0.5, 0.5}));
   CHECK(map->add({1.5, 0.5, 0.5}));
   CHECK_FALSE(map->add({2.5, 0.5, 0.5}));
@@ -97,7 +123,7 @@ TEST_CASE("a map that is full refuses further voxels, and takes points of those 
 }
 
 TEST_CASE("points beyond all bounds are no undefined behaviour") {
-  OwnedMap map(std::size_t{8}, 1.0);
+  OwnedMap map(8);
   CHECK(map->add({1e300, -1e300, 0.0}));
   CHECK(map->nearest_surface({1e300, 0.0, -1e300}) == LocalMap::kNone);
 }
