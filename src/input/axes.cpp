@@ -64,7 +64,8 @@ class SurfaceHeights {
     constexpr double kFlat_m = 0.3;
     if (points_m.size() < kFewest) return;
     const double thick_m = quantile(std::span(points_m), 0.9) - quantile(std::span(points_m), 0.1);
-    metres_.push_back({median(std::span(points_m)), thick_m < kFlat_m, shows_both});
+    metres_.push_back({median(std::span(points_m)), quantile(std::span(points_m), 0.9),
+                       thick_m < kFlat_m, shows_both});
   }
 
   [[nodiscard]] SurfaceSide side() && {
@@ -73,7 +74,9 @@ class SurfaceHeights {
     side.seen = metres_.size();
     if (metres_.empty()) return side;
     std::vector<double> values;
-    for (const auto& metre : metres_) values.push_back(metre.height_m);
+    for (const auto& metre : metres_) values.push_back(metre.farthest_m);
+    side.farthest_m = quantile(std::span(values), 0.9);
+    for (std::size_t k = 0; k < metres_.size(); ++k) values[k] = metres_[k].height_m;
     side.height_m = median(std::span(values));
     for (std::size_t k = 0; k < metres_.size(); ++k) {
       const bool is_near = std::fabs(metres_[k].height_m - side.height_m) < kLevel_m;
@@ -82,6 +85,7 @@ class SurfaceHeights {
       side.level_in_sight += is_level && metres_[k].shows_both ? 1 : 0;
       side.in_sight += is_near && metres_[k].shows_both ? 1 : 0;
       side.flat += metres_[k].is_flat ? 1 : 0;
+      side.in_way += 2.0 * metres_[k].height_m < side.farthest_m ? 1 : 0;
       values[k] = std::fabs(metres_[k].height_m - side.height_m);
     }
     side.scatter_m = quantile(std::span(values), 0.8);
@@ -91,6 +95,7 @@ class SurfaceHeights {
  private:
   struct Height {
     double height_m;
+    double farthest_m;
     bool is_flat;
     bool shows_both;
   };
@@ -145,8 +150,7 @@ DirectionFigures measure_directions(std::span<const datasets::Scan> scans) {
 DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
                                      std::span<const std::size_t> indices,
                                      std::span<const datasets::Scan* const> scans) {
-  constexpr std::size_t kBefore = 20;  // scans
-  constexpr std::size_t kAfter = 100;
+  constexpr std::size_t kAfter = 100;  // scans; what is behind may be a trailer
   constexpr double kSight_m = 25.0;
   constexpr std::size_t kPerScan = 20'000;
   constexpr double kInSight_m = 1.0;
@@ -158,7 +162,7 @@ DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
     const Eigen::Matrix3d R_world_sensor = track.pose(i).rotation;
     const Eigen::Vector3d sensor = track.pose(i).translation;
     std::vector<Metre> path;
-    for (std::size_t j = i - std::min(i, kBefore); j < std::min(track.size, i + kAfter); ++j) {
+    for (std::size_t j = i; j < std::min(track.size, i + kAfter); ++j) {
       const Eigen::Vector3d p = track.pose(j).translation - sensor;
       if (!p.allFinite() || p.norm() > kSight_m) continue;
       if (!path.empty() && (p - path.back().centre).norm() < 1.0) continue;
@@ -186,32 +190,50 @@ bool are_upside_down(const Track& track, std::span<const std::size_t> indices) {
   return 2 * turned > indices.size();
 }
 
+namespace {
+
+constexpr std::size_t kFewestMetres = 20;  // metres
+constexpr std::size_t kTimesMore = 4;
+constexpr double kTallestMount_m = 3.0;  // of trucks
+
+/// Whether things stand on `side` where the robot will drive, so that they move: people and cars do
+/// on a ground, lamps and beams do not from a ceiling. People alone, without a ground, are few.
+bool is_stood_on(const SurfaceSide& side, const SurfaceSide& other) {
+  constexpr std::size_t kOneIn = 20;
+  return side.seen >= kFewestMetres && 2 * side.seen >= other.seen &&
+         side.farthest_m < kTallestMount_m && kOneIn * side.in_way >= side.seen &&
+         side.in_way > kTimesMore * other.in_way;
+}
+
+}  // namespace
+
 Side find_up(const DrivenSurface& driven, SheetSide sheet) {
-  constexpr std::size_t kFewest = 20;
-  constexpr std::size_t kTimes = 4;
   constexpr double kHighest_m = 2.5;  // a mount; most ceilings are higher
-  constexpr double kTallest_m = 3.0;  // of trucks
   const SurfaceSide& below = driven.below;
   const SurfaceSide& above = driven.above;
   const bool is_mirrored = sheet == SheetSide::kMirrored;
   // Where ground below would be out of sight, plants and ceilings alone are seen.
   const std::size_t told = is_mirrored ? above.level : above.level_in_sight;
   const std::size_t against = is_mirrored ? below.level : below.level_in_sight;
-  if (told >= kFewest && told > kTimes * against && above.height_m < kHighest_m) {
+  if (told >= kFewestMetres && told > kTimesMore * against && above.height_m < kHighest_m) {
+    if (is_mirrored) return Side::kBelow;
+    if (is_stood_on(below, above)) return Side::kAbove;
     // A low ceiling may show itself better than a ground with people on it.
-    return is_mirrored || told > kTimes * below.in_sight ? Side::kBelow : Side::kUnknown;
+    return told > kTimesMore * below.in_sight ? Side::kBelow : Side::kUnknown;
   }
   if (is_mirrored) {
-    const bool is_driven_on = below.level >= kFewest && below.height_m < kTallest_m;
+    const bool is_driven_on = below.level >= kFewestMetres && below.height_m < kTallestMount_m;
     return is_driven_on ? Side::kAbove : Side::kUnknown;
   }
   // Under a ceiling: what is driven on is near to the path, and equally far from it.
   constexpr double kNoise_m = 0.02;
   constexpr double kLikelier = 0.85;
-  const bool is_surface = above.level >= kFewest && 2 * above.flat > above.seen;
+  const bool is_surface = above.level >= kFewestMetres && 2 * above.flat > above.seen;
   const bool are_both =
-      is_surface && 2 * above.seen >= below.seen && kTimes * below.seen >= above.seen;
+      is_surface && 2 * above.seen >= below.seen && kTimesMore * below.seen >= above.seen;
   if (!are_both || sheet == SheetSide::kUpright) return Side::kAbove;
+  if (is_stood_on(below, above)) return Side::kAbove;
+  if (is_stood_on(above, below)) return Side::kUnknown;
   const double below_m2 = below.height_m * (below.scatter_m + kNoise_m);
   const double above_m2 = above.height_m * (above.scatter_m + kNoise_m);
   return above_m2 < kLikelier * below_m2 ? Side::kUnknown : Side::kAbove;

@@ -38,6 +38,8 @@ struct SurfaceSide {
   std::size_t level_in_sight = 0;  ///< level metres where ground below would be in sight
   double height_m = 0.0;           ///< median distance from the path
   double scatter_m = 0.0;          ///< four in five metres differ by less from it
+  double farthest_m = 0.0;         ///< what nine in ten metres are nearer than
+  std::size_t in_way = 0;          ///< seen metres with things that stand out half as far
 };
 
 /// Which of both sides of the sensor's path is driven on.
@@ -46,9 +48,9 @@ struct DrivenSurface {
   SurfaceSide above;  ///< ceilings, or ground where the sensor is upside down
 };
 
-/// Looks at the path within 25 m of the scans `indices`, at most 20 scans before them and 100
-/// after, for points 0.08 to 8 m above and below it, along the odometry's z axis. Ground below is
-/// in sight where rays as low as `lowest_deg` are 1 m and more below the sensor.
+/// Looks at the path that lies ahead of the scans `indices`, within 25 m and 100 scans, for points
+/// 0.08 to 8 m above and below it, along the odometry's z axis. Ground below is in sight where rays
+/// as low as `lowest_deg` are 1 m and more below the sensor.
 [[nodiscard]] DrivenSurface measure_driven_surface(const Track& track, double lowest_deg,
                                                    std::span<const std::size_t> indices,
                                                    std::span<const datasets::Scan* const> scans);
@@ -65,8 +67,9 @@ enum class Side : std::uint8_t { kAbove, kBelow, kUnknown };
 
 /// Below, where a level surface lies above along 20 m and more, and hardly one below. Unknown where
 /// surfaces lie on both sides, as under a ceiling, and the one above is more like what is driven
-/// on: nearer, or equally far all along the path. Unknown as well where data sheets alone say that
-/// the sensor is upside down: it may have been turned over already.
+/// on: things stand on it in the robot's way, or it is nearer, or equally far all along the path.
+/// Unknown as well where data sheets alone say that the sensor is upside down: it may have been
+/// turned over already.
 [[nodiscard]] Side find_up(const DrivenSurface& driven, SheetSide sheet);
 
 /// Whether most of the poses have their z axis down.

@@ -67,6 +67,36 @@ TEST_CASE("people beside a robot whose LiDAR is upside down do not make it look 
   CHECK(up_along(scan, -17.0, SheetSide::kUnknown) == Side::kUnknown);
 }
 
+TEST_CASE("cars that drive ahead below a low ceiling stand on the ground") {
+  const auto up_behind_cars = [](double sign, double lowest_deg) {
+    datasets::Scan scan;
+    for (int k = 20; k < 220; ++k) {
+      const float x = 0.1F * static_cast<float>(k);
+      const bool is_car = k >= 50 && k < 110;
+      const double below_m = is_car ? 0.4 : 1.5;
+      const double step_m = k / 30 % 2 == 0 ? 0.0 : 0.2;
+      scan.points.push_back({x, 0.0F, static_cast<float>(-sign * below_m), 0.0F});
+      scan.points.push_back({x, 0.0F, static_cast<float>(sign * (1.6 + step_m)), 0.0F});
+    }
+    return up_along(scan, lowest_deg, SheetSide::kUnknown);
+  };
+  CHECK(up_behind_cars(1.0, -45.0) == Side::kAbove);
+  CHECK(up_behind_cars(-1.0, -45.0) == Side::kUnknown);
+}
+
+TEST_CASE("a trailer is no surface that the robot drives below") {
+  datasets::Scan scan;
+  for (int k = -160; k < 220; ++k) {
+    const float x = 0.1F * static_cast<float>(k);
+    const bool is_trailer = k < -10;
+    if (is_trailer) scan.points.push_back({x, 0.0F, 0.2F, 0.0F});
+    // Rough: three metres in four are level.
+    const float rough_m = 0.4F * static_cast<float>(k / 10 % 4 == 0);
+    if (k > 40) scan.points.push_back({x, 0.0F, rough_m - 1.2F, 0.0F});
+  }
+  CHECK(up_along(scan, -15.0, SheetSide::kUnknown) == Side::kAbove);
+}
+
 TEST_CASE("a LiDAR that hardly looks down is told by its data sheet") {
   constexpr double kHardly_deg = -2.0;
   const auto mirrored = SheetSide::kMirrored;
