@@ -55,9 +55,9 @@ class CabinTest {
 [[nodiscard]] constexpr bool is_ride(double lasts_s) noexcept { return lasts_s >= 3.0; }
 
 /// Whether such a ride may have changed the storey though the odometry rose or sank by `rise_m`
-/// only: a storey is higher than a metre.
+/// only. Rooms and the slab between them are 2.3 m and more: what is less is a part of a ride.
 [[nodiscard]] constexpr bool is_unfelt_ride(double lasts_s, double rise_m) noexcept {
-  return is_ride(lasts_s) && rise_m < 1.0 && rise_m > -1.0;
+  return is_ride(lasts_s) && rise_m < 2.0 && rise_m > -2.0;
 }
 
 }  // namespace unimapper

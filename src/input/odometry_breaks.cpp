@@ -147,8 +147,13 @@ class BreakSearch {
   /// Follows the robot into a closed cabin and out of it, where `i` is the last scan compared.
   void note_cabin(std::size_t i) {
     if (!view(i).is_shut_in) {
-      if (last_open_ && first_shut_ && !is_room_ && is_unfelt(*first_shut_, last_shut_)) {
-        add({*last_open_, i, 0.0, 0.0, false, true});
+      if (last_open_ && first_shut_ && !is_room_) {
+        const double rise_m =
+            track_.pose(i).translation.z() - track_.pose(*last_open_).translation.z();
+        // A lift may have moved the robot by storeys, and the odometry does not say so.
+        if (is_unfelt_ride(seconds(*first_shut_, last_shut_), rise_m)) {
+          add({*last_open_, i, 0.0, 0.0, false, true});
+        }
       }
       last_open_ = i;
       first_shut_.reset();
@@ -166,12 +171,6 @@ class BreakSearch {
     const Eigen::Vector3d driven = track_.pose(j).translation - track_.pose(first).translation;
     is_room_ = is_room_ || is_in_room(driven.head<2>().norm());
     return !is_room_;
-  }
-
-  /// A lift may have moved the robot by storeys, and the odometry does not say so.
-  [[nodiscard]] bool is_unfelt(std::size_t first, std::size_t last) const {
-    const double rise_m = track_.pose(last).translation.z() - track_.pose(first).translation.z();
-    return is_unfelt_ride(seconds(first, last), rise_m);
   }
 
   /// `registers` also where the given motion agrees well.

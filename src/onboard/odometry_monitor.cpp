@@ -38,7 +38,6 @@ void OdometryMonitor::add_shut_in(const KeyframeScan& scan, std::uint32_t dynami
     stay_.first = position;
   }
   stay_.last_ns = scan.stamp_ns;
-  stay_.rise_m = position.z() - stay_.first.z();
   stay_.is_room = stay_.is_room || is_in_room((position - stay_.first).head<2>().norm());
   if (stay_.is_room) {
     compare(dynamic_cells, cells);
@@ -50,12 +49,14 @@ void OdometryMonitor::add_shut_in(const KeyframeScan& scan, std::uint32_t dynami
   usual_ = 0;
 }
 
-void OdometryMonitor::add(std::uint32_t dynamic_cells, std::uint32_t cells) noexcept {
+void OdometryMonitor::add(std::uint32_t dynamic_cells, std::uint32_t cells,
+                          double height_m) noexcept {
   const Stay stay = stay_;
   const double lasts_s = static_cast<double>(stay.last_ns - stay.first_ns) * 1e-9;
   if (stay.is_shut_in && !stay.is_room && is_ride(lasts_s)) forget();
-  stay_ = {.from_open = true};
-  if (stay.from_open && stay.is_shut_in && !stay.is_room && is_unfelt_ride(lasts_s, stay.rise_m)) {
+  stay_ = {.from_open = true, .open_m = height_m};
+  const double rise_m = height_m - stay.open_m;
+  if (stay.from_open && stay.is_shut_in && !stay.is_room && is_unfelt_ride(lasts_s, rise_m)) {
     is_contradicted_ = true;
     return;
   }

@@ -22,8 +22,8 @@ namespace unimapper::onboard {
 /// (docs/design/plausibility.md#while-the-robot-drives).
 class OdometryMonitor {
  public:
-  /// Of the keyframe that closes. O(1).
-  void add(std::uint32_t dynamic_cells, std::uint32_t cells) noexcept;
+  /// Of the keyframe that closes; `height_m` is that of the sensor by the odometry. O(1).
+  void add(std::uint32_t dynamic_cells, std::uint32_t cells, double height_m) noexcept;
   /// Of a keyframe that closes and is shut in (`is_shut_in`); `scan` is one of its scans. Until the
   /// robot has driven in there, it may be a cabin, and nothing is concluded. O(1).
   void add_shut_in(const KeyframeScan& scan, std::uint32_t dynamic_cells,
@@ -50,12 +50,12 @@ class OdometryMonitor {
   /// Keyframes in a row that are shut in.
   struct Stay {
     bool from_open = false;  ///< behind one that is not
+    double open_m = 0.0;     ///< height of the sensor there
     bool is_shut_in = false;
     bool is_room = false;  ///< since the robot drove there
     std::int64_t first_ns = 0;
     std::int64_t last_ns = 0;
     Eigen::Vector3d first = Eigen::Vector3d::Zero();  ///< position of the sensor, metres
-    double rise_m = 0.0;                              ///< of the sensor since
   };
 
   /// The share with those before.

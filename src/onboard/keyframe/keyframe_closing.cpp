@@ -177,11 +177,12 @@ void Pipeline::State::write_view() noexcept {
   view.static_cells = output.static_cells();
   view.dynamic_cells = output.dynamic_cells();
   current->statistics.dynamic_cells = static_cast<std::uint32_t>(view.dynamic_cells.size());
+  const KeyframeScan& scan = view.scans[view.reference_scan];
   if (is_shut_in(view.static_cells, view.dynamic_cells)) {
-    odometry.add_shut_in(view.scans[view.reference_scan], current->statistics.dynamic_cells,
-                         current->statistics.cells);
+    odometry.add_shut_in(scan, current->statistics.dynamic_cells, current->statistics.cells);
   } else {
-    odometry.add(current->statistics.dynamic_cells, current->statistics.cells);
+    odometry.add(current->statistics.dynamic_cells, current->statistics.cells,
+                 scan.T_odometry_sensor.translation.z());
   }
   view.odometry_contradicted = odometry.is_contradicted();
   view.statistics = &current->statistics;
