@@ -88,7 +88,7 @@ class SurfaceHeights {
       side.in_way += 2.0 * metres_[k].height_m < side.farthest_m ? 1 : 0;
       values[k] = std::fabs(metres_[k].height_m - side.height_m);
     }
-    side.scatter_m = quantile(std::span(values), 0.8);
+    side.scatter_m = quantile(std::span(values), 0.7);
     return side;
   }
 

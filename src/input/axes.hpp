@@ -37,7 +37,7 @@ struct SurfaceSide {
   std::size_t in_sight = 0;        ///< metres about as far away, in sight, flat or not
   std::size_t level_in_sight = 0;  ///< level metres where ground below would be in sight
   double height_m = 0.0;           ///< median distance from the path
-  double scatter_m = 0.0;          ///< four in five metres differ by less from it
+  double scatter_m = 0.0;          ///< seven in ten metres differ by less from it
   double farthest_m = 0.0;         ///< what nine in ten metres are nearer than
   std::size_t in_way = 0;          ///< seen metres with things that stand out half as far
 };

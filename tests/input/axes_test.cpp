@@ -84,6 +84,16 @@ TEST_CASE("cars that drive ahead below a low ceiling stand on the ground") {
   CHECK(up_behind_cars(-1.0, -45.0) == Side::kUnknown);
 }
 
+TEST_CASE("carts along a quarter of the path do not make a ceiling more even than the ground") {
+  datasets::Scan scan;
+  for (int k = 20; k < 220; ++k) {
+    const float x = 0.1F * static_cast<float>(k);
+    scan.points.push_back({x, 0.0F, k / 10 % 4 == 0 ? -1.2F : -1.9F, 0.0F});
+    scan.points.push_back({x, 0.0F, k / 10 % 4 == 0 ? 3.1F : 3.0F, 0.0F});
+  }
+  CHECK(up_along(scan, -45.0, SheetSide::kUnknown) == Side::kAbove);
+}
+
 TEST_CASE("a trailer is no surface that the robot drives below") {
   datasets::Scan scan;
   for (int k = -160; k < 220; ++k) {
