@@ -356,6 +356,7 @@ void find_turns(const Track& track,
                 const std::function<std::shared_ptr<const ScanShape>(std::size_t)>& shape,
                 AgreementFigures& figures) {
   constexpr std::size_t kLooks = 8;
+  constexpr double kFewest = 3.0;   // looks, where nothing hints at turns
   constexpr double kBetter = 0.12;  // agreement
   constexpr double kStands_m = 1e-6;
   for (const std::size_t turns : {std::size_t{2}, std::size_t{3}}) {
@@ -374,6 +375,7 @@ void find_turns(const Track& track,
       neighbours += beside.agreement(next);
       in_turn += apart.agreement(relative(track, i, i + turns));
       looks += 1.0;
+      if (looks >= kFewest && in_turn <= neighbours) break;
     }
     if (2.0 * looks < static_cast<double>(kLooks) || in_turn < neighbours + kBetter * looks) {
       continue;

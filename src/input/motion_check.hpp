@@ -103,7 +103,7 @@ class AgreementMeans {
 [[nodiscard]] double measure_ring_loss(std::span<const datasets::Scan* const> scans);
 
 /// Sets `turns` where scans two or three apart agree better than neighbours, which other faults of
-/// poses do not do. For recordings that leave a doubt: reads up to 32 scans, by `shape`.
+/// poses do not do. Reads up to 32 scans, by `shape`; where three looks hint at none, twelve.
 void find_turns(const Track& track,
                 const std::function<std::shared_ptr<const ScanShape>(std::size_t)>& shape,
                 AgreementFigures& figures);

@@ -2,6 +2,7 @@
 #include "src/input/odometry_breaks.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -22,6 +23,7 @@ constexpr double kOff_m = 0.3;
 constexpr double kOff_deg = 3.0;
 // Agreement, against what pairs of scans usually have.
 constexpr double kWell = 0.8;
+constexpr double kFairly = 0.65;
 constexpr double kElsewhere = 0.5;
 constexpr std::size_t kPoints = 900;  // of a scan
 constexpr std::size_t kUsualPairs = 15;
@@ -38,6 +40,23 @@ double angle_deg(const Pose& pose) { return rotation_angle(pose.rotation) * kDeg
 
 bool is_off(const Pose& correction, double off_deg) {
   return correction.translation.norm() > kOff_m || angle_deg(correction) > off_deg;
+}
+
+/// Whether the scans agree less wherever they are moved from there: then registration ends there.
+bool is_peak(const ScanPair& pair, const Pose& motion, double agrees) {
+  constexpr double kBeside_m = 0.4;
+  for (const double side : {-1.0, 1.0}) {
+    std::array<Pose, 3> beside;
+    beside[0].translation.x() = side * kBeside_m;
+    beside[1].translation.y() = side * kBeside_m;
+    beside[2].rotation =
+        Eigen::AngleAxisd(side * kOff_deg / kDegreesPerRadian, Eigen::Vector3d::UnitZ())
+            .toRotationMatrix();
+    for (const Pose& step : beside) {
+      if (pair.agreement(motion * step) >= agrees) return false;
+    }
+  }
+  return true;
 }
 
 /// What two scans say of the motion between them.
@@ -196,8 +215,13 @@ class BreakSearch {
         return step;
       }
     }
+    // Few points agree less by chance, but still best where the scans belong.
+    const auto is_right = [&](const Pose& motion, double agreement) {
+      return suffices && (agreement >= kWell * usually ||
+                          (agreement >= kFairly * usually && is_peak(pair, motion, agreement)));
+    };
     const double agrees = pair.agreement(given);
-    if (suffices && agrees >= kWell * usually) {
+    if (is_right(given, agrees)) {
       remember(agrees);
       return step;
     }
@@ -213,8 +237,7 @@ class BreakSearch {
       shown = found.T_target_source;
       condition = found.condition;
       // Near to the given motion, and as well as usual: other starts would show no other one.
-      const bool is_near = !is_off(given.inverse() * shown, off_deg_);
-      if (suffices && is_near && best >= kWell * usually) break;
+      if (!is_off(given.inverse() * shown, off_deg_) && is_right(shown, best)) break;
     }
     if (usual_.size() >= kFewestUsual && best < kElsewhere * usually) {
       // A door that opens shows another place, too, and so does a way without poses.
