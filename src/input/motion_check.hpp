@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "src/input/agreement.hpp"
-#include "src/input/finding.hpp"
 #include "src/input/pose_mistakes.hpp"
 #include "src/input/stamps.hpp"
 
@@ -61,6 +60,9 @@ struct AgreementFigures {
   double neighbours = 0.0;  ///< agreement of neighbours beside them
 };
 
+/// Known mistakes are tried where a registration finds so much more agreement.
+inline constexpr double kTryMistakes = 0.04;
+
 /// How well a pair agrees under motions.
 struct Agreements {
   double given = 0.0;
@@ -93,15 +95,6 @@ class AgreementMeans {
                                                  const Track& track,
                                                  const std::vector<PoseMistake>& mistakes);
 
-/// `AgreementFigures::ring_gain` of scans whose poses are `poses`, metres from the first; of a
-/// part of their points.
-[[nodiscard]] double measure_ring_gain(std::span<const datasets::Scan* const> scans,
-                                       std::span<const Pose> poses);
-
-/// `AgreementFigures::ring_loss`, the first scan against the median of the others; of a part of
-/// their points.
-[[nodiscard]] double measure_ring_loss(std::span<const datasets::Scan* const> scans);
-
 /// Sets `turns` where scans two or three apart agree better than neighbours, which other faults of
 /// poses do not do. Reads up to 32 scans, by `shape`; where three looks hint at none, twelve.
 void find_turns(const Track& track,
@@ -110,15 +103,5 @@ void find_turns(const Track& track,
 
 /// Whether all `pairs` tell and agree so well that scans of more points would tell nothing else.
 [[nodiscard]] bool is_surely_right(const AgreementFigures& agreement, std::size_t pairs);
-
-/// Scans that follow each other but show different places: a sensor that was covered or carried,
-/// scans that are missing, or an order that is not that of time.
-[[nodiscard]] Finding check_succession(const AgreementFigures& agreement);
-
-/// Whether a known mistake, undone, agrees about as well as a registration does.
-[[nodiscard]] bool has_known_mistake(const AgreementFigures& agreement);
-
-/// Poses that do not belong to the scans, or are of another convention.
-[[nodiscard]] Finding check_motion(const AgreementFigures& agreement);
 
 }  // namespace unimapper::input

@@ -9,6 +9,8 @@
 #include <optional>
 
 #include "src/input/calibration_findings.hpp"
+#include "src/input/motion_findings.hpp"
+#include "src/input/rings.hpp"
 
 namespace unimapper::input {
 namespace {

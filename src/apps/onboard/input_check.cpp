@@ -10,6 +10,7 @@
 #include "src/apps/print.hpp"
 #include "src/core/calibration.hpp"
 #include "src/input/extrinsic.hpp"
+#include "src/input/motion_findings.hpp"
 #include "src/input/plausibility.hpp"
 #include "src/input/text.hpp"
 
