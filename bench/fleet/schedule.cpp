@@ -8,10 +8,8 @@
 // line for each number: "workers s speedup clouds busy_percent s_without_link s_without_clouds".
 // What the merge does itself is in none of them.
 #include <Eigen/Dense>
-#include <algorithm>
 #include <cstdio>
 #include <ctime>
-#include <deque>
 #include <exception>
 #include <limits>
 #include <map>
@@ -19,8 +17,8 @@
 #include <string>
 #include <vector>
 
+#include "bench/fleet/list_schedule.hpp"
 #include "ports/lcm/received_log.hpp"
-#include "ports/nats/lane_choice.hpp"
 #include "src/merge/jobs/loop_worker.hpp"
 #include "src/merge/registration/keyframe_clouds.hpp"
 #include "unimapper/merge/keyframe_level.hpp"
@@ -28,31 +26,16 @@
 #include "unimapper/wire/keyframe_codec.hpp"
 
 using namespace unimapper;
+using namespace unimapper::bench;
 using namespace unimapper::merge;
 
 namespace {
 
 constexpr double kLinkBytesPerS = 1e9 / 8.0;
-// From the board to the worker and back, as measured on loopback and on one switch.
-constexpr double kJobS = 0.003;
 
 double seconds_since(std::clock_t start) {
   return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 }
-
-struct Job {
-  std::uint32_t lane = 0;
-  std::set<KeyframeId> read;    ///< keyframes that it needs
-  std::set<KeyframeId> clouds;  ///< of them, those of its questions
-  std::size_t loops = 0;
-};
-
-/// Seconds of the parts of jobs.
-struct Costs {
-  double keyframe = 0.0;
-  double cloud = 0.0;
-  double loop = 0.0;
-};
 
 /// Outcomes by a worker in this process, whose jobs are kept with their times.
 class TimedWorker final : public LoopOutcomes {
@@ -165,63 +148,6 @@ class TimedWorker final : public LoopOutcomes {
   std::size_t reads_ = 0;
 };
 
-struct Schedule {
-  double end_s = 0.0;
-  double busy_s = 0.0;  ///< of all workers
-  std::size_t clouds = 0;
-};
-
-/// The first worker that is free takes the next job of the lane that it chooses.
-Schedule scheduled(const TimedWorker& merge, std::size_t workers, const Costs& costs,
-                   double link_bytes_per_s) {
-  struct Worker {
-    double free_s = 0.0;
-    std::set<KeyframeId> read, clouds;
-    nats_port::LaneChoice lanes;
-  };
-  std::vector<Worker> all;
-  for (std::uint32_t i = 0; i < workers; ++i)
-    all.push_back({0.0, {}, {}, nats_port::LaneChoice(5 * i)});
-  Schedule schedule;
-  double link_free_s = 0.0;
-  for (const std::vector<Job>& jobs : merge.calls()) {
-    for (Worker& worker : all) worker.free_s = schedule.end_s;
-    std::map<std::uint32_t, std::deque<const Job*>> lanes;
-    for (const Job& job : jobs) lanes[job.lane].push_back(&job);
-    while (!lanes.empty()) {
-      Worker& worker =
-          *std::min_element(all.begin(), all.end(),
-                            [](const Worker& a, const Worker& b) { return a.free_s < b.free_s; });
-      std::map<std::uint32_t, std::uint64_t> waiting;
-      for (const auto& [lane, left] : lanes) waiting[lane] = left.size();
-      const auto last = worker.lanes.last();
-      const bool stays = last && waiting.count(*last) > 0;
-      const std::uint32_t lane = stays ? *last : worker.lanes.order(waiting).front();
-      worker.lanes.take(lane);
-      const Job& job = *lanes[lane].front();
-      lanes[lane].pop_front();
-      if (lanes[lane].empty()) lanes.erase(lane);
-      double work_s = costs.loop * static_cast<double>(job.loops);
-      double bytes = 0.0;
-      for (const KeyframeId k : job.read) {
-        if (!worker.read.insert(k).second) continue;
-        work_s += costs.keyframe;
-        bytes += static_cast<double>(merge.bytes(k));
-      }
-      for (const KeyframeId k : job.clouds) {
-        if (!worker.clouds.insert(k).second) continue;
-        work_s += costs.cloud;
-        ++schedule.clouds;
-      }
-      link_free_s = std::max(link_free_s, worker.free_s) + bytes / link_bytes_per_s;
-      worker.free_s = std::max(worker.free_s, link_free_s) + work_s + kJobS;
-      schedule.busy_s += work_s;
-    }
-    for (const Worker& worker : all) schedule.end_s = std::max(schedule.end_s, worker.free_s);
-  }
-  return schedule;
-}
-
 void print(const TimedWorker& merge) {
   const Costs costs = merge.costs();
   std::size_t jobs = 0;
@@ -234,12 +160,16 @@ void print(const TimedWorker& merge) {
               loops, jobs, merge.calls().size(), 1e3 * costs.keyframe, 1e3 * costs.cloud,
               1e3 * costs.loop);
   constexpr double kNoLimit = std::numeric_limits<double>::infinity();
-  const double alone_s = scheduled(merge, 1, costs, kLinkBytesPerS).end_s;
+  const auto with = [&](std::size_t workers, const Costs& each, double link_bytes_per_s) {
+    return scheduled(
+        merge.calls(), [&](KeyframeId k) { return merge.bytes(k); }, workers, each,
+        link_bytes_per_s);
+  };
+  const double alone_s = with(1, costs, kLinkBytesPerS).end_s;
   for (const std::size_t workers : {1, 2, 4, 16, 64}) {
-    const Schedule schedule = scheduled(merge, workers, costs, kLinkBytesPerS);
-    const double no_link_s = scheduled(merge, workers, costs, kNoLimit).end_s;
-    const double no_clouds_s =
-        scheduled(merge, workers, {0.0, 0.0, costs.loop}, kLinkBytesPerS).end_s;
+    const Schedule schedule = with(workers, costs, kLinkBytesPerS);
+    const double no_link_s = with(workers, costs, kNoLimit).end_s;
+    const double no_clouds_s = with(workers, {0.0, 0.0, costs.loop}, kLinkBytesPerS).end_s;
     std::printf("%zu %.2f %.1f %zu %.0f %.2f %.2f\n", workers, schedule.end_s,
                 alone_s / schedule.end_s, schedule.clouds,
                 100.0 * schedule.busy_s / (static_cast<double>(workers) * schedule.end_s),
