@@ -65,9 +65,7 @@ inline Schedule scheduled(const std::vector<std::vector<Job>>& calls,
                             [](const Worker& a, const Worker& b) { return a.free_s < b.free_s; });
       std::map<std::uint32_t, std::uint64_t> waiting;
       for (const auto& [lane, left] : lanes) waiting[lane] = left.size();
-      const auto last = worker.lanes.last();
-      const bool stays = last && waiting.count(*last) > 0;
-      const std::uint32_t lane = stays ? *last : worker.lanes.order(waiting).front();
+      const std::uint32_t lane = worker.lanes.order(waiting).front();
       worker.lanes.take(lane);
       const Job& job = *lanes[lane].front();
       lanes[lane].pop_front();

@@ -36,8 +36,10 @@ constexpr std::int64_t kMostAnswerBytes = std::int64_t{128} << 20;
 constexpr std::int64_t kMostKeyframeBytes = std::int64_t{2} << 30;
 /// How often who waits looks for a job or an answer that it was not told of.
 constexpr std::chrono::milliseconds kToldPoll{200};
-/// How long a server may take to say that a lane has no job to give.
-constexpr std::int64_t kFetchNs = 2 * kSecondNs;
+/// How long one looks for a job in a lane; where there is none, the server takes all of it. A
+/// glance is for one that may have ended its worker.
+constexpr std::int64_t kFetchNs = kSecondNs / 2;
+constexpr std::int64_t kGlanceNs = kSecondNs / 50;
 /// Each lane that workers look at has a consumer on the server.
 constexpr std::uint32_t kMostLanes = 64;
 /// Jobs of a lane that no worker has ever come to: more than in any other.
@@ -256,11 +258,9 @@ class Source final : public JobSource {
   std::optional<TakenJob> next_job(std::chrono::milliseconds wait) override {
     const auto end = std::chrono::steady_clock::now() + wait;
     for (;;) {
-      const std::set<std::uint32_t> lanes = lanes_with_jobs();
-      const auto last = lanes_.last();
-      if (last && lanes.count(*last) > 0 && take(*last)) return taken_job();
-      for (const std::uint32_t lane : lanes_.order(waiting(lanes))) {
-        if (take(lane)) return taken_job();
+      const std::map<std::uint32_t, std::uint64_t> jobs = waiting(lanes_with_jobs());
+      for (const std::uint32_t lane : lanes_.order(jobs)) {
+        if (take(lane, jobs.at(lane) > 0 ? kFetchNs : kGlanceNs)) return taken_job();
       }
       const auto left = until(end);
       if (left.count() <= 0) return std::nullopt;
@@ -349,12 +349,12 @@ class Source final : public JobSource {
   }
 
   /// False if the lane has no job to give.
-  bool take(std::uint32_t lane) {
+  bool take(std::uint32_t lane, std::int64_t wait_ns) {
     jsFetchRequest request;
     require(jsFetchRequest_Init(&request), kJobs);
     request.Batch = 1;
     request.NoWait = true;
-    request.Expires = kFetchNs;
+    request.Expires = wait_ns;
     natsMsgList list{};
     const natsStatus status = natsSubscription_FetchRequest(&list, jobs_of(lane).get(), &request);
     if (status == NATS_TIMEOUT || status == NATS_NOT_FOUND) return false;

@@ -17,22 +17,20 @@ class LaneChoice {
   /// `salt`: another one for each worker, so that they begin in different lanes.
   explicit LaneChoice(std::uint32_t salt) : salt_(salt) {}
 
-  /// The lane of the latest job.
-  [[nodiscard]] std::optional<std::uint32_t> last() const { return last_; }
-
-  /// Lanes in the order in which to look for a job, by the number of jobs that wait in each: the
-  /// longest first, where nobody may be at work, and of these those beside the last one.
+  /// Lanes in the order in which to look for a job, by the number of jobs that wait in each: that
+  /// of the latest job while it has any, then the longest, where nobody may be at work, and of
+  /// these those beside the latest one.
   [[nodiscard]] std::vector<std::uint32_t> order(
       const std::map<std::uint32_t, std::uint64_t>& waiting) const {
-    using Rank = std::tuple<std::uint64_t, bool, std::uint32_t, std::uint32_t>;
+    using Rank = std::tuple<bool, std::uint64_t, bool, std::uint32_t, std::uint32_t>;
     std::vector<Rank> ranks;
     for (const auto& [lane, jobs] : waiting) {
       const bool is_beside = last_ && (lane == *last_ + 1 || lane + 1 == *last_);
-      ranks.emplace_back(jobs, is_beside, lane ^ salt_, lane);
+      ranks.emplace_back(lane == last_ && jobs > 0, jobs, is_beside, lane ^ salt_, lane);
     }
     std::sort(ranks.rbegin(), ranks.rend());
     std::vector<std::uint32_t> lanes;
-    for (const Rank& rank : ranks) lanes.push_back(std::get<3>(rank));
+    for (const Rank& rank : ranks) lanes.push_back(std::get<4>(rank));
     return lanes;
   }
 

@@ -85,6 +85,23 @@ TEST_CASE("a worker stays in its lane, then goes to the longest, of equal ones t
   for (const char* text : {"4", "4", "3"}) CHECK(next() == text);
 }
 
+TEST_CASE("a job that another worker has keeps nobody from those of other lanes", "[nats]") {
+  if (!TestServer::is_installed()) return;
+  const TestServer server;
+  const auto board = open_board(server.address(), kNames);
+  const auto busy = open_source(server.address(), kNames.version);
+  const auto source = open_source(server.address(), kNames.version);
+  board->put_job("a of 4", 4);
+  REQUIRE(source->next_job(kSoon));
+  source->answer("answer");
+  board->put_job("b of 4", 4);
+  REQUIRE(busy->next_job(kSoon));
+  board->put_job("of 7", 7);
+  const auto begin = std::chrono::steady_clock::now();
+  CHECK(source->next_job(kSoon) == std::optional<std::string>("of 7"));
+  CHECK(std::chrono::steady_clock::now() - begin < std::chrono::milliseconds(1500));
+}
+
 TEST_CASE("workers of another version get no job, and are told for whom jobs wait", "[nats]") {
   if (!TestServer::is_installed()) return;
   const TestServer server;
