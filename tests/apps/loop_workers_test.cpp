@@ -134,7 +134,8 @@ struct Fleet {
     options.patience = std::chrono::seconds(0);
     return options;
   }
-  std::vector<LoopConstraint> verify() {
+  std::vector<LoopConstraint> verify() { return verify_by(workers); }
+  std::vector<LoopConstraint> verify_by(LoopWorkers& by) {
     const auto publish = [this](KeyframeId k) {
       const KeyframeRecord& keyframe = drives()[k.session].keyframes[k.keyframe];
       const auto bytes = wire::encode_keyframe(keyframe);
@@ -142,7 +143,7 @@ struct Fleet {
       board.put_keyframe(name, bytes);
       return name;
     };
-    return workers.verify(
+    return by.verify(
         drives(), asked.config, publish, asked.questions, kDescriptorLimit,
         [this](std::span<const std::size_t> positions) { return asked.verify(positions); });
   }
@@ -190,6 +191,17 @@ TEST_CASE("a merge without workers, or without a server, verifies all itself", "
   CHECK(fleet.asked.verified_here == 6);
   CHECK(fleet.board.jobs.empty());
   CHECK(fleet.said.size() == (fleet.board.is_broken ? 1 : 0));
+}
+
+TEST_CASE("fewer loops than a large job has are verified where they are asked for", "[fleet]") {
+  Fleet fleet;
+  fleet.board.worker = &fleet.worker;
+  LoopWorkersOptions options = Fleet::options();
+  options.sizes = {2, 7, 3};
+  LoopWorkers workers(fleet.board, options, [](const std::string&) {});
+  CHECK(text_of(fleet.verify_by(workers)) == right());
+  CHECK(fleet.board.numbers == 0);
+  CHECK(fleet.asked.verified_here == 6);
 }
 
 TEST_CASE("a worker that answers otherwise is not trusted, and all is verified here", "[fleet]") {

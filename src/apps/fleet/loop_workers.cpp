@@ -68,6 +68,8 @@ class LoopWorkers::Call {
       open.push_back(questions_[i]);
       positions.push_back(i);
     }
+    // Whoever takes them reads all their keyframes anew.
+    if (open.size() < workers_.options_.sizes.most) return;
     auto jobs = make_jobs(sessions_, open, common, publish, workers_.options_.sizes);
     for (merge::PlacedJob& placed : jobs) {
       for (std::size_t& position : placed.positions) position = positions[position];

@@ -24,10 +24,11 @@ struct LoopWorkersOptions {
   std::chrono::seconds patience{70};  ///< without any answer; then all is verified here
 };
 
-/// Has loops verified by whoever takes jobs off the board, and verifies here what nobody has taken.
-/// Outcomes are the same to the bit whoever computed them: of each worker the first job is verified
-/// here as well, and then one question of 64. A worker that answers otherwise is not trusted, and
-/// its answers of that call are verified here. Not thread safe.
+/// Has loops verified by whoever takes jobs off the board. What nobody has taken, and what is less
+/// than one large job, is verified here. Outcomes are the same to the bit whoever computed them: of
+/// each worker the first job is verified here as well, and then one question of 64. A worker that
+/// answers otherwise is not trusted, and its answers of that call are verified here. Not thread
+/// safe.
 class LoopWorkers {
  public:
   /// Makes the bytes of a keyframe available under the name that it returns.
