@@ -5,6 +5,7 @@
 #include <charconv>
 #include <compare>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <set>
 #include <string_view>
@@ -29,13 +30,12 @@ constexpr const char* kToldSubject = "unimapper-jobtold.";  // VERSION
 constexpr std::int64_t kSecondNs = 1'000'000'000;
 /// Jobs, answers and keyframes are of no use to a merge of another day.
 constexpr std::int64_t kKeptNs = 86'400 * kSecondNs;
-/// A worker that has told no progress in this time is taken for dead; its job goes to another one.
-constexpr std::int64_t kProgressNs = 20 * kSecondNs;
 constexpr std::int64_t kMostJobBytes = std::int64_t{64} << 20;
 constexpr std::int64_t kMostAnswerBytes = std::int64_t{128} << 20;
 constexpr std::int64_t kMostKeyframeBytes = std::int64_t{2} << 30;
 /// How often who waits looks for a job or an answer that it was not told of.
 constexpr std::chrono::milliseconds kToldPoll{200};
+constexpr std::chrono::milliseconds kNow{0};
 /// How long one looks for a job in a lane; where there is none, the server takes all of it. A
 /// glance is for one that may have ended its worker.
 constexpr std::int64_t kFetchNs = kSecondNs / 2;
@@ -44,6 +44,8 @@ constexpr std::int64_t kGlanceNs = kSecondNs / 50;
 constexpr std::uint32_t kMostLanes = 64;
 /// Jobs of a lane that no worker has ever come to: more than in any other.
 constexpr std::uint64_t kUntouched = UINT64_MAX;
+/// The server tells of jobs that it has given out too often; in no stream. A worker cannot.
+constexpr const char* kSetAsideSubject = "$JS.EVENT.ADVISORY.CONSUMER.MAX_DELIVERIES.JOBS.*";
 /// More unanswered jobs than any fleet has workers.
 constexpr std::int64_t kMostTaken = 10'000;
 
@@ -96,7 +98,8 @@ std::string lane_name(const std::string& version, std::uint32_t lane) {
 std::string consumer_name(const std::string& lane) { return "workers-" + lane; }
 
 /// The workers of a version share one consumer for each lane.
-void require_consumer(const Connection& connection, const std::string& lane) {
+void require_consumer(const Connection& connection, const std::string& lane,
+                      std::chrono::nanoseconds progress) {
   const std::string name = consumer_name(lane);
   const std::string filter = kJobSubject + lane + ".*";
   jsConsumerConfig config;
@@ -104,7 +107,8 @@ void require_consumer(const Connection& connection, const std::string& lane) {
   config.Durable = name.c_str();
   config.FilterSubject = filter.c_str();
   config.AckPolicy = js_AckExplicit;
-  config.AckWait = kProgressNs;
+  config.AckWait = progress.count();
+  config.MaxDeliver = kMostDeliveries;
   config.MaxAckPending = kMostTaken;
   jsConsumerInfo* info = nullptr;
   const natsStatus status =
@@ -132,15 +136,15 @@ Subscription subscribed(const Connection& connection, const std::string& subject
   return Subscription(subscription);
 }
 
-/// False if nothing was told in this time.
-bool is_told(const Subscription& told, std::chrono::milliseconds wait) {
+/// Null if nothing was told in this time.
+Message next_told(const Subscription& told, std::chrono::milliseconds wait) {
   natsMsg* passing = nullptr;
   const natsStatus status = natsSubscription_NextMsg(&passing, told.get(), wait.count());
-  const Message message(passing);
+  Message message(passing);
   // The stream has also what was not kept for want of memory.
-  if (status == NATS_TIMEOUT || status == NATS_SLOW_CONSUMER) return false;
+  if (status == NATS_TIMEOUT || status == NATS_SLOW_CONSUMER) return nullptr;
   require(status, "what is told");
-  return true;
+  return message;
 }
 
 std::chrono::milliseconds until(std::chrono::steady_clock::time_point end) {
@@ -172,6 +176,7 @@ class Board final : public JobBoard {
   Board(const Server& server, BoardNames names) : connection_(server), names_(std::move(names)) {
     require_streams(connection_);
     told_ = subscribed(connection_, answers());
+    set_aside_ = subscribed(connection_, kSetAsideSubject);
     take_off();
   }
 
@@ -198,6 +203,19 @@ class Board final : public JobBoard {
     return js_DeleteMsg(connection_.jetstream(), kJobs, number, nullptr, nullptr) == NATS_OK;
   }
 
+  std::vector<std::uint64_t> set_aside() override {
+    std::vector<std::uint64_t> numbers;
+    while (const Message told = next_told(set_aside_, kNow)) {
+      const auto said = nlohmann::json::parse(data_of(told.get()), nullptr, false);
+      const auto number = said.is_object() ? said.find("stream_seq") : said.end();
+      if (number == said.end() || !number->is_number_unsigned()) continue;
+      numbers.push_back(number->get<std::uint64_t>());
+      // The stream would keep it for a day.
+      js_DeleteMsg(connection_.jetstream(), kJobs, numbers.back(), nullptr, nullptr);
+    }
+    return numbers;
+  }
+
   std::optional<std::string> next_answer(std::chrono::milliseconds wait) override {
     const auto end = std::chrono::steady_clock::now() + wait;
     for (;;) {
@@ -205,7 +223,7 @@ class Board final : public JobBoard {
       const auto left = until(end);
       if (left.count() <= 0) return std::nullopt;
       // An answer passes by on its way into the stream, where it may be found a little later.
-      if (is_told(told_, std::min(left, kToldPoll))) {
+      if (next_told(told_, std::min(left, kToldPoll))) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       }
     }
@@ -244,27 +262,31 @@ class Board final : public JobBoard {
   Connection connection_;
   BoardNames names_;
   Subscription told_;       ///< of answers as they are given
+  Subscription set_aside_;  ///< of jobs that nobody gets any more
   std::uint64_t read_ = 0;  ///< number of the answer that was read last
 };
 
 class Source final : public JobSource {
  public:
-  Source(const Server& server, std::string version)
-      : connection_(server), version_(std::move(version)), lanes_(std::random_device{}()) {
+  Source(const Server& server, std::string version, std::chrono::milliseconds progress)
+      : connection_(server),
+        version_(std::move(version)),
+        progress_(progress),
+        lanes_(std::random_device{}()) {
     require_streams(connection_);
     told_ = subscribed(connection_, kToldSubject + version_);
   }
 
-  std::optional<TakenJob> next_job(std::chrono::milliseconds wait) override {
+  std::optional<std::string> next_job(std::chrono::milliseconds wait) override {
     const auto end = std::chrono::steady_clock::now() + wait;
     for (;;) {
       const std::map<std::uint32_t, std::uint64_t> jobs = waiting(lanes_with_jobs());
       for (const std::uint32_t lane : lanes_.order(jobs)) {
-        if (take(lane, jobs.at(lane) > 0 ? kFetchNs : kGlanceNs)) return taken_job();
+        if (take(lane, jobs.at(lane) > 0 ? kFetchNs : kGlanceNs)) return data_of(taken_.get());
       }
       const auto left = until(end);
       if (left.count() <= 0) return std::nullopt;
-      is_told(told_, std::min(left, kToldPoll));
+      next_told(told_, std::min(left, kToldPoll));
     }
   }
 
@@ -371,7 +393,7 @@ class Source final : public JobSource {
     Subscription& jobs = jobs_[lane];
     if (jobs != nullptr) return jobs;
     const std::string in_lane = lane_name(version_, lane);
-    require_consumer(connection_, in_lane);
+    require_consumer(connection_, in_lane, progress_);
     jsSubOptions options;
     require(jsSubOptions_Init(&options), kJobs);
     options.Stream = kJobs;
@@ -386,15 +408,9 @@ class Source final : public JobSource {
     return jobs;
   }
 
-  TakenJob taken_job() const {
-    jsMsgMetaData* found = nullptr;
-    require(natsMsg_GetMetaData(&found, taken_.get()), "a job");
-    const std::unique_ptr<jsMsgMetaData, Destroyer<&jsMsgMetaData_Destroy>> data(found);
-    return TakenJob{data_of(taken_.get()), static_cast<std::uint32_t>(data->NumDelivered)};
-  }
-
   Connection connection_;
   std::string version_;
+  std::chrono::milliseconds progress_;
   LaneChoice lanes_;
   Subscription told_;                           ///< that a job was put
   std::map<std::uint32_t, Subscription> jobs_;  ///< by lane
@@ -407,8 +423,9 @@ std::unique_ptr<JobBoard> open_board(const Server& server, const BoardNames& nam
   return std::make_unique<Board>(server, names);
 }
 
-std::unique_ptr<JobSource> open_source(const Server& server, const std::string& version) {
-  return std::make_unique<Source>(server, version);
+std::unique_ptr<JobSource> open_source(const Server& server, const std::string& version,
+                                       std::chrono::milliseconds progress) {
+  return std::make_unique<Source>(server, version, progress);
 }
 
 }  // namespace unimapper::nats_port

@@ -13,7 +13,7 @@
 
 namespace unimapper::nats_port {
 
-/// How often a job is given to workers before it is set aside: it may be what ended them.
+/// How many workers get a job before it is set aside: it may be what ended them.
 inline constexpr std::uint32_t kMostDeliveries = 3;
 
 /// Where who asks puts jobs and reads answers. Functions throw `NatsError`.
@@ -27,15 +27,12 @@ class JobBoard {
   virtual std::uint64_t put_job(const std::string& text, std::uint32_t lane) = 0;
   /// Takes a job back. False if a worker has it or had it; then also those before it in its lane.
   virtual bool take_back(std::uint64_t number, std::uint32_t lane) = 0;
+  /// Numbers of jobs that ended so many workers, as the server counts them: they go to no other
+  /// one. Each is said once.
+  virtual std::vector<std::uint64_t> set_aside() = 0;
   /// The next answer that was given since the board was opened, or that is kept from before; waits
   /// so long for it.
   virtual std::optional<std::string> next_answer(std::chrono::milliseconds wait) = 0;
-};
-
-/// A job that a worker has.
-struct TakenJob {
-  std::string text;
-  std::uint32_t deliveries = 0;  ///< to workers, this one included
 };
 
 /// Where workers take jobs and answer. Functions throw `NatsError`.
@@ -44,7 +41,7 @@ class JobSource {
   virtual ~JobSource() = default;
 
   /// The next job, of the lane of the latest one if there is any; waits so long for it.
-  virtual std::optional<TakenJob> next_job(std::chrono::milliseconds wait) = 0;
+  virtual std::optional<std::string> next_job(std::chrono::milliseconds wait) = 0;
   /// Keeps the job that was taken last from going to another worker for a while. From any thread
   /// that works on it.
   virtual void tell_progress() = 0;
@@ -65,7 +62,11 @@ struct BoardNames {
 /// A board on a server. Jobs of the project that an earlier caller has left are taken off; answers
 /// of the last day are kept. Throws NatsError.
 std::unique_ptr<JobBoard> open_board(const Server& server, const BoardNames& names);
+/// A worker that has told no progress in this time is taken for dead; its job goes to another one.
+inline constexpr std::chrono::milliseconds kProgress{20'000};
+
 /// Jobs for workers of a version, of all projects. Throws NatsError.
-std::unique_ptr<JobSource> open_source(const Server& server, const std::string& version);
+std::unique_ptr<JobSource> open_source(const Server& server, const std::string& version,
+                                       std::chrono::milliseconds progress = kProgress);
 
 }  // namespace unimapper::nats_port

@@ -24,7 +24,8 @@ FleetStatus fleet_status(const Server&) { throw NatsError(kAbsent); }
 
 std::unique_ptr<JobBoard> open_board(const Server&, const BoardNames&) { throw NatsError(kAbsent); }
 
-std::unique_ptr<JobSource> open_source(const Server&, const std::string&) {
+std::unique_ptr<JobSource> open_source(const Server&, const std::string&,
+                                       std::chrono::milliseconds) {
   throw NatsError(kAbsent);
 }
 

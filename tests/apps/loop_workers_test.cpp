@@ -2,6 +2,7 @@
 #include "src/apps/fleet/loop_workers.hpp"
 
 #include <deque>
+#include <nlohmann/json.hpp>
 
 #include "src/apps/fleet/worker.hpp"
 #include "src/merge/loops/loop_fingerprint.hpp"
@@ -70,11 +71,12 @@ struct Board final : nats_port::JobBoard, nats_port::JobSource {
   std::deque<std::pair<std::uint64_t, std::string>> jobs;
   std::deque<std::string> answers;
   FleetWorker* worker = nullptr;
-  std::uint32_t deliveries = 1;
+  bool ends_workers = false;  ///< every job does
   bool is_broken = false;
   std::uint64_t numbers = 0;
   std::uint64_t progress = 0;
   std::function<void(JobAnswer&)> lie;
+  std::function<void(std::string&)> forge;
 
   void require() const {
     if (is_broken) throw nats_port::NatsError("no server");
@@ -92,6 +94,13 @@ struct Board final : nats_port::JobBoard, nats_port::JobSource {
     const auto is_it = [number](const auto& job) { return job.first == number; };
     return worker == nullptr && std::erase_if(jobs, is_it) > 0;
   }
+  std::vector<std::uint64_t> set_aside() override {
+    std::vector<std::uint64_t> ended;
+    if (ends_workers) {
+      for (const auto& [number, text] : std::exchange(jobs, {})) ended.push_back(number);
+    }
+    return ended;
+  }
   std::optional<std::string> next_answer(std::chrono::milliseconds wait) override {
     require();
     if (answers.empty() && wait.count() > 100 && worker != nullptr) worker->work(*this, wait);
@@ -100,9 +109,9 @@ struct Board final : nats_port::JobBoard, nats_port::JobSource {
     answers.pop_front();
     return text;
   }
-  std::optional<nats_port::TakenJob> next_job(std::chrono::milliseconds /*wait*/) override {
+  std::optional<std::string> next_job(std::chrono::milliseconds /*wait*/) override {
     if (jobs.empty()) return std::nullopt;
-    return nats_port::TakenJob{jobs.front().second, deliveries};
+    return jobs.front().second;
   }
   void tell_progress() override { ++progress; }
   void answer(const std::string& text) override {
@@ -110,6 +119,7 @@ struct Board final : nats_port::JobBoard, nats_port::JobSource {
     JobAnswer answer = answer_from(text);
     if (lie) lie(answer);
     answers.push_back(answer_text(answer));
+    if (forge) forge(answers.back());
   }
   std::vector<std::uint8_t> keyframe(const std::string& name) override {
     return keyframes.at(name);
@@ -268,7 +278,7 @@ TEST_CASE("keyframes or parameters that are not the merge's are answered so", "[
 TEST_CASE("a job that ended three workers is set aside, with its keyframes", "[fleet]") {
   Fleet fleet;
   fleet.board.worker = &fleet.worker;
-  fleet.board.deliveries = nats_port::kMostDeliveries + 1;
+  fleet.board.ends_workers = true;
   const std::vector<LoopConstraint> loops = fleet.verify();
   for (const LoopConstraint& loop : loops) {
     CHECK_FALSE(loop.decision.accepted);
@@ -276,6 +286,20 @@ TEST_CASE("a job that ended three workers is set aside, with its keyframes", "[f
   }
   REQUIRE(fleet.said.size() == 3);
   CHECK_THAT(fleet.said[0], Contains("beta:0 - alpha:0, beta:1 - alpha:1"));
+}
+
+TEST_CASE("a worker cannot set loops aside", "[fleet]") {
+  Fleet fleet;
+  fleet.board.worker = &fleet.worker;
+  fleet.board.forge = [](std::string& text) {
+    auto answer = nlohmann::json::parse(text);
+    answer["set_aside"] = true;
+    answer["outcomes"] = nlohmann::json::array();
+    text = answer.dump();
+  };
+  CHECK(text_of(fleet.verify()) == right());
+  REQUIRE(fleet.said.size() == 1);
+  CHECK_THAT(fleet.said[0], Contains("worker w1 is not trusted: "));
 }
 
 TEST_CASE("a merge that is killed has not had loops verified in vain", "[fleet]") {

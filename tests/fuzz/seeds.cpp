@@ -68,7 +68,7 @@ Data job_input() {
 }
 
 Data answer_input() {
-  apps::JobAnswer answer{"m-0-0", "host:1", "", false, {{"0123", {}}, {"4567", {}}}};
+  apps::JobAnswer answer{"m-0-0", "host:1", "", {{"0123", {}}, {"4567", {}}}};
   answer.outcomes[0].outcome.decision = {true, ""};
   answer.outcomes[1].outcome.decision = {false, "overlap 0.10 (limit 0.30)"};
   return text_input(1, apps::answer_text(answer));

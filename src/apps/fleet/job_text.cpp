@@ -156,7 +156,6 @@ std::string answer_text(const JobAnswer& answer) {
   return JobJson{{"job", answer.job},
                  {"worker", answer.worker},
                  {"fault", answer.fault},
-                 {"set_aside", answer.is_set_aside},
                  {"outcomes", outcomes}}
       .dump(-1, ' ', false, JobJson::error_handler_t::replace);
 }
@@ -167,7 +166,6 @@ JobAnswer answer_from(std::string_view text) {
     answer.job = value.at("job").get<std::string>();
     answer.worker = value.at("worker").get<std::string>();
     answer.fault = value.at("fault").get<std::string>();
-    answer.is_set_aside = value.at("set_aside").get<bool>();
     for (const JobJson& outcome : value.at("outcomes"))
       answer.outcomes.push_back(outcome_in(outcome));
     return answer;

@@ -21,7 +21,6 @@ struct JobAnswer {
   std::string job;                     ///< its name
   std::string worker;                  ///< its name
   std::string fault;                   ///< why there are no outcomes; empty: there are
-  bool is_set_aside = false;           ///< the job ended several workers
   std::vector<KeyedOutcome> outcomes;  ///< one for each question, in their order
 };
 

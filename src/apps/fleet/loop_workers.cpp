@@ -84,7 +84,7 @@ class LoopWorkers::Call {
     while (!jobs_.empty()) {
       const auto text = workers_.board_.next_answer(std::chrono::milliseconds(0));
       const bool is_answered = text && take(*text);
-      if (is_answered || take_one_back()) {
+      if (is_answered || set_some_aside() || take_one_back()) {
         last_answer = Clock::now();
         continue;
       }
@@ -165,14 +165,26 @@ class LoopWorkers::Call {
     }
     const std::vector<std::size_t> positions = std::move(job->second.positions);
     jobs_.erase(job);
-    if (answer.is_set_aside && workers_.distrusted_.count(answer.worker) == 0) {
-      set_aside(positions);
-    } else if (!answer.fault.empty()) {
+    if (!answer.fault.empty()) {
       workers_.say_once("worker " + answer.worker + ": " + answer.fault + "; verified here");
     } else {
       accept(answer.worker, positions, answer.outcomes);
     }
     return true;
+  }
+
+  /// False if the server has said so of none of the open jobs.
+  bool set_some_aside() {
+    bool is_any = false;
+    for (const std::uint64_t number : workers_.board_.set_aside()) {
+      const auto job = std::find_if(jobs_.begin(), jobs_.end(),
+                                    [&](const auto& j) { return j.second.number == number; });
+      if (job == jobs_.end()) continue;
+      set_aside(job->second.positions);
+      jobs_.erase(job);
+      is_any = true;
+    }
+    return is_any;
   }
 
   void set_aside(const std::vector<std::size_t>& positions) {

@@ -36,15 +36,12 @@ std::size_t FleetWorker::work(nats_port::JobSource& source, std::chrono::millise
   JobAnswer answer;
   answer.worker = name_;
   try {
-    const merge::LoopJob job = job_from(taken->text);
+    const merge::LoopJob job = job_from(*taken);
     answer.job = job.name;
-    answer.is_set_aside = taken->deliveries > nats_port::kMostDeliveries;
-    if (!answer.is_set_aside) {
-      const std::vector<merge::LoopConstraint> outcomes =
-          worker_.answer(job, [&] { source.tell_progress(); });
-      for (std::size_t i = 0; i < outcomes.size(); ++i) {
-        answer.outcomes.push_back({merge::question_key(job.questions[i]), outcomes[i]});
-      }
+    const std::vector<merge::LoopConstraint> outcomes =
+        worker_.answer(job, [&] { source.tell_progress(); });
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+      answer.outcomes.push_back({merge::question_key(job.questions[i]), outcomes[i]});
     }
   } catch (const std::exception& error) {
     answer.fault = error.what();
@@ -53,7 +50,6 @@ std::size_t FleetWorker::work(nats_port::JobSource& source, std::chrono::millise
   ++counters_.jobs;
   counters_.loops += answer.outcomes.size();
   counters_.faults += answer.fault.empty() ? 0 : 1;
-  counters_.set_aside += answer.is_set_aside ? 1 : 0;
   counters_.job_times.add(std::chrono::steady_clock::now() - start);
   return answer.outcomes.size();
 }
@@ -63,7 +59,6 @@ std::string metrics_text(const WorkerCounters& counters) {
   text.count("worker_loops_total", "Loops verified", counters.loops);
   text.count("worker_jobs_total", "Jobs answered", counters.jobs);
   text.count("worker_faults_total", "Jobs that could not be done", counters.faults);
-  text.count("worker_set_aside_total", "Jobs that had ended workers too often", counters.set_aside);
   text.count("worker_keyframes_total", "Keyframes fetched from the server", counters.keyframes);
   text.count("worker_failures_total", "Connections that ended with a reason", counters.failures);
   text.times("worker_job_seconds", "From the arrival of a job to its answer", counters.job_times);

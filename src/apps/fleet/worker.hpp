@@ -18,7 +18,6 @@ struct WorkerCounters {
   std::uint64_t loops = 0;      ///< verified
   std::uint64_t jobs = 0;       ///< answered, whatever the answer
   std::uint64_t faults = 0;     ///< jobs of these that could not be done
-  std::uint64_t set_aside = 0;  ///< jobs of these that had ended workers too often
   std::uint64_t keyframes = 0;  ///< fetched from the server
   std::uint64_t failures = 0;   ///< connections that ended with a reason
   store::Latencies job_times;   ///< of each job, from its arrival to its answer
