@@ -150,6 +150,32 @@ TEST_CASE("a job that ends one worker after another is set aside by the server a
   CHECK(last->versions_wanted().empty());
 }
 
+TEST_CASE("a merge and a worker that are killed together leave the next ones their own jobs",
+          "[nats]") {
+  if (!TestServer::is_installed()) return;
+  const TestServer server;
+  {
+    const auto board = open_board(server.address(), kNames);
+    const auto source = open_source(server.address(), kNames.version, kShortProgress);
+    board->put_job("answered", 0);
+    board->put_job("begun", 0);
+    board->put_job("waiting", 0);
+    REQUIRE(source->next_job(kSoon));
+    source->answer("answer");
+    REQUIRE(source->next_job(kSoon));
+  }
+  const auto board = open_board(server.address(), kNames);
+  CHECK(board->next_answer(kSoon) == std::optional<std::string>("answer"));
+  const std::uint64_t number = board->put_job("of the next merge", 0);
+  const auto source = open_source(server.address(), kNames.version, kShortProgress);
+  CHECK(source->next_job(kSoon) == std::optional<std::string>("of the next merge"));
+  CHECK_FALSE(board->take_back(number, 0));
+  source->answer("another");
+  CHECK(board->next_answer(kSoon) == std::optional<std::string>("another"));
+  CHECK_FALSE(source->next_job(2 * kShortProgress));
+  CHECK(board->set_aside().empty());
+}
+
 TEST_CASE("answers outlast a merge and a server that are killed, its jobs the server alone",
           "[nats]") {
   if (!TestServer::is_installed()) return;
