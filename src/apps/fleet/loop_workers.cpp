@@ -97,6 +97,8 @@ class LoopWorkers::Call {
                           " s: loops are verified here");
         return;
       }
+      // Nobody may have one any more.
+      for (auto& [name, job] : jobs_) job.is_begun = false;
     }
   }
 

@@ -61,6 +61,24 @@ TEST_CASE("a job that nobody has begun is taken back, one that somebody has is n
   CHECK_FALSE(source->next_job(kNow));
 }
 
+TEST_CASE("a job between others that are gone goes to a worker or is taken back", "[nats]") {
+  if (!TestServer::is_installed()) return;
+  const TestServer server;
+  const auto board = open_board(server.address(), kNames);
+  const auto source = open_source(server.address(), kNames.version);
+  std::vector<std::uint64_t> numbers;
+  for (int i = 0; i < 4; ++i) {
+    numbers.push_back(board->put_job("of 7", 7));
+    board->put_job("of 8", 8);
+    if (i == 0) REQUIRE(source->next_job(kSoon));
+  }
+  for (const std::size_t i : {3U, 2U}) CHECK(board->take_back(numbers[i], 7));
+  source->answer("answer");
+  std::size_t given = 0;
+  for (; source->next_job(kSoon); ++given) source->answer("answer");
+  CHECK(given + (board->take_back(numbers[1], 7) ? 1 : 0) == 5);
+}
+
 TEST_CASE("a worker stays in its lane, then goes to the longest, of equal ones to that beside it",
           "[nats]") {
   if (!TestServer::is_installed()) return;
