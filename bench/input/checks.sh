@@ -5,6 +5,7 @@
 #   bench/input/checks.sh SEEDS live     what is said while the robot drives. Minutes
 #   bench/input/checks.sh SEEDS right    false alarms on right drives of seven LiDARs through all
 #                                        scenes. Twenty minutes a seed; VERBOSE=1 says which
+#   bench/input/checks.sh SEED cost      processor time of checks and of runs. Two minutes
 #
 # Drives of seven LiDARs through several scenes with the default odometry, and some with tilted
 # mounts, noise of the attitude, a swaying body or distorted sweeps, whose poses are then of a
@@ -156,7 +157,35 @@ right_rows() {
   done
 }
 
+# seconds COMMAND...: of the processor, in user mode
+seconds() {
+  local TIMEFORMAT=%U
+  { time "$@" >/dev/null 2>&1; } 2>&1
+}
+
+# cost SCANS LIDAR: medians of five runs in turn
+cost() {
+  local i name=$seeds-$2-$1
+  scans=$1 drive "$name" --scene town --sensor "$2" --seed "$seeds" --drift lio
+  rm -f "$out/cost"
+  for i in 1 2 3 4 5; do
+    echo "$(seconds "$unimapper" inspect "$out/$name")" \
+      "$(seconds "$unimapper" onboard "$out/$name" --out "$out/run" --replace)"
+  done >"$out/cost"
+  paste -d ' ' <(cut -d ' ' -f 1 "$out/cost" | sort -g) <(cut -d ' ' -f 2 "$out/cost" | sort -g) |
+    awk 'NR == 3 { printf "%.2f | %.2f | %.0f %%\n", $1, $2, 100 * $1 / $2 }'
+}
+
+cost_rows() {
+  echo "| processor time, s | inspect | onboard | share |"
+  rule 4
+  row "\`town\`, VLP-16, 1,000 scans" 3 cost 1000 vlp-16
+  row "\`town\`, Livox Avia, 1,000 scans" 3 cost 1000 livox-avia
+  row "\`town\`, OS2-128, 300 scans" 3 cost 300 os2-128
+}
+
 case $mode in
+  cost) table check-cost cost_rows; exit ;;
   live) table live-checks live_rows; exit ;;
   right) table right-drives right_rows; exit ;;
 esac
