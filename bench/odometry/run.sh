@@ -79,9 +79,11 @@ recorded_table() {
   row "KITTI 0001, backwards, the worst of five" 7 worst "$recordings/kitti_0001" reversed
   row "KITTI 0005, points within 15 m, the worst of five" 7 worst "$recordings/kitti_0005a" range=15
   row "KITTI 0001, every second scan, the worst of five" 7 worst "$recordings/kitti_0001" every=2
+  row "KITTI 0005, every sixth scan, the worst of five" 7 worst "$recordings/kitti_0005a" every=6
   row "hall, 2 Hz, carried by hand, 177 scans" 7 cells "$recordings/hilti_hall"
   row "hall, backwards, the worst of five" 7 worst "$recordings/hilti_hall" reversed
   row "hall, every third scan, the worst of five" 7 worst "$recordings/hilti_hall" every=3
+  row "hall, every fourth scan, the worst of five" 7 worst "$recordings/hilti_hall" every=4
   row "hall, points within 15 m, the worst of five" 7 worst "$recordings/hilti_hall" range=15
 }
 

@@ -84,6 +84,9 @@ struct UpOfDrive {
   }
 };
 
+/// Scans farther apart share so little that another motion may fit as well.
+constexpr std::int64_t kFar_ns = 600'000'000;
+
 class OwnOdometryDataset final : public DatasetDecorator {
  public:
   OwnOdometryDataset(std::unique_ptr<Dataset> dataset, const OwnOdometryOptions& options)
@@ -112,6 +115,7 @@ class OwnOdometryDataset final : public DatasetDecorator {
       slips_.push_back(slip_of(result));
       up_.add(result);
       count_state(i, result);
+      if (i > 0 && inner().stamp_ns(i) - inner().stamp_ns(i - 1) > kFar_ns) far_.add(i, "");
       if (options.progress) options.progress(i + 1, count);
     }
     statistics_ = odometry->statistics();
@@ -148,6 +152,8 @@ class OwnOdometryDataset final : public DatasetDecorator {
     add_doubts_of_gyroscope(notes);
     add_accelerometer(notes);
     add_note(degenerate_, "do not determine the motion in every direction", notes);
+    add_note(far_, "come more than 0.6 s after the one before: a wrong motion may pass unnoticed",
+             notes);
     add_note(lost_, "could not be registered: poses go on as before", notes);
     if (statistics_.points_refused + statistics_.points_without_voxel > 0) {
       notes.push_back({"own odometry: no room for " + std::to_string(statistics_.points_refused) +
@@ -256,6 +262,7 @@ class OwnOdometryDataset final : public DatasetDecorator {
   OdometryStatistics statistics_;
   Tally degenerate_;
   Tally lost_;
+  Tally far_;
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include "tracker.hpp"
 
@@ -106,13 +107,13 @@ Registered Tracker::refine(const Interval& interval, const Pose& start) noexcept
       {0.3 * config.voxel_m, 0.3 * config.voxel_m, 3.0 * config.voxel_m, false, kIterations});
 }
 
-Registered Tracker::match_second(Interval& interval, bool is_wide) noexcept {
+Registered Tracker::match_second(Interval& interval, const Pose& start, bool is_wide) noexcept {
   // The first scan was taken at a velocity that only this one shows.
   const bool is_swept = std::any_of(source.begin(), source.end(),
                                     [](const SourcePoint& point) { return point.time_s != 0.0F; });
   const int passes = is_swept ? 5 : 1;
   Registered found;
-  found.pose = interval.T_odometry_before;
+  found.pose = start;
   for (int pass = 0; pass < passes; ++pass) {
     found = is_wide && pass == 0 ? track(interval, found.pose) : refine(interval, found.pose);
     hold_back(interval, found);
@@ -132,17 +133,53 @@ void Tracker::begin_second(Interval& interval, const Pose& T_first_second, Pose&
   take_source();  // the voxels that its points remember are others now
 }
 
+Registered Tracker::better_second(Interval& interval, const Registered& found,
+                                  const Pose& T_first_start, bool is_wide) noexcept {
+  const double found_fit = fit(found, interval);
+  const Pose T_first_second = interval.T_odometry_before.inverse() * found.pose;
+  Pose start;
+  begin_second(interval, T_first_start, start);
+  const Registered other = match_second(interval, start, is_wide);
+  if (fit(other, interval) >= found_fit) return other;
+  Registered kept = found;
+  begin_second(interval, T_first_second, kept.pose);
+  return kept;
+}
+
 Registered Tracker::track_second(Interval& interval) noexcept {
+  constexpr double kFar_s = 0.35;  // a robot goes farther than the coarse voxels show
   // Among plants a wide search finds velocities that bend both sweeps so that they fit somehow.
-  Registered near = match_second(interval, false);
-  const double near_fit = fit(near, interval);
-  const Pose T_first_second = interval.T_odometry_before.inverse() * near.pose;
-  Pose at_rest;
-  begin_second(interval, {}, at_rest);
-  const Registered wide = match_second(interval, true);
-  if (fit(wide, interval) >= near_fit) return wide;
-  begin_second(interval, T_first_second, near.pose);
-  return near;
+  Registered found = match_second(interval, interval.T_odometry_before, false);
+  found = better_second(interval, found, {}, true);
+  if (interval.seconds <= kFar_s) return found;
+  return better_second(interval, found, search_second(interval), false);
+}
+
+Pose Tracker::search_second(const Interval& interval) noexcept {
+  constexpr double kStep_m = 1.0;
+  constexpr double kMost_m = 12.0;
+  constexpr double kMost_m_s = 12.0;
+  constexpr double kDiagonal = 0.7071;
+  take_sample();
+  const Pose& before = interval.T_odometry_before;
+  Pose best = before;
+  double best_fit = -1.0;
+  const double most_m = std::min(kMost_m, kMost_m_s * interval.seconds);
+  for (double way_m = kStep_m; way_m <= most_m; way_m += kStep_m) {
+    for (const auto& [x, y] : {std::pair{1.0, 0.0},
+                               {kDiagonal, kDiagonal},
+                               {0.0, 1.0},
+                               {-kDiagonal, kDiagonal},
+                               {-1.0, 0.0},
+                               {-kDiagonal, -kDiagonal},
+                               {0.0, -1.0},
+                               {kDiagonal, -kDiagonal}}) {
+      Pose start = before;
+      start.translation += before.rotation * Eigen::Vector3d(x * way_m, y * way_m, 0.0);
+      attempt(interval, start, best, best_fit);
+    }
+  }
+  return before.inverse() * best;
 }
 
 void Tracker::hold_back(const Interval& interval, Registered& found) noexcept {
@@ -180,19 +217,29 @@ void Tracker::attempt(const Interval& interval, const Pose& start, Pose& best,
   best = close.pose;
 }
 
-Registered Tracker::search(const Interval& interval) noexcept {
+void Tracker::take_sample() noexcept {
   sample.clear();
   for (std::size_t i = 0; i < source.size(); i += kSampledOneOf) sample.push_back(source[i]);
+}
+
+Registered Tracker::search(const Interval& interval) noexcept {
+  constexpr double kTurn_rad = 0.3;
+  constexpr int kTurns = 3;  // to either side
+  constexpr int kAllTurns = 10;
+  take_sample();
   Pose best = ahead(interval);
   double best_fit = -1.0;
   for (const double share : {1.0, 0.0, 0.5, 1.5, -0.5}) {
     attempt(interval, ahead(interval, share), best, best_fit);
   }
   // What is carried by hand turns about the vertical, quickly.
-  for (const double yaw_rad : {0.3, -0.3, 0.6, -0.6, 0.9, -0.9}) {
-    Pose turned = interval.T_odometry_before;
-    turned.rotation = rotation_of({0.0, 0.0, yaw_rad}) * turned.rotation;
-    attempt(interval, turned, best, best_fit);
+  const int most = interval.seconds > kLongestPrediction_s ? kAllTurns : kTurns;
+  for (int i = 1; i <= most; ++i) {
+    for (const double yaw_rad : {kTurn_rad * i, -kTurn_rad * i}) {
+      Pose turned = interval.T_odometry_before;
+      turned.rotation = rotation_of({0.0, 0.0, yaw_rad}) * turned.rotation;
+      attempt(interval, turned, best, best_fit);
+    }
   }
   return refine(interval, best);
 }

@@ -51,9 +51,14 @@ struct Tracker {
   [[nodiscard]] Expectation expected(const Interval& interval) const noexcept;
   [[nodiscard]] Registered track(const Interval& interval, const Pose& start) noexcept;
   [[nodiscard]] Registered refine(const Interval& interval, const Pose& start) noexcept;
-  [[nodiscard]] Registered match_second(Interval& interval, bool is_wide) noexcept;
+  [[nodiscard]] Registered match_second(Interval& interval, const Pose& start,
+                                        bool is_wide) noexcept;
   void begin_second(Interval& interval, const Pose& T_first_second, Pose& second) noexcept;
   [[nodiscard]] Registered track_second(Interval& interval) noexcept;
+  [[nodiscard]] Registered better_second(Interval& interval, const Registered& found,
+                                         const Pose& T_first_start, bool is_wide) noexcept;
+  [[nodiscard]] Pose search_second(const Interval& interval) noexcept;
+  void take_sample() noexcept;
   [[nodiscard]] Registered search(const Interval& interval) noexcept;
   void attempt(const Interval& interval, const Pose& start, Pose& best, double& best_fit) noexcept;
   [[nodiscard]] Tolerance tolerance() const noexcept;

@@ -157,6 +157,32 @@ TEST_CASE("a gap in the stamps is bridged where the place is still in the map") 
   CHECK(error_of(last, on_line(0), on_line(6)).translation_m < 0.05);
 }
 
+TEST_CASE(
+    "whoever turns by more than a quarter between scans more than a second apart is followed") {
+  const auto pose = [](int i) {
+    return i < 4 ? level(-8.0, 1.0, 0.0) : level(-8.0 + 0.5 * (i - 3), 1.0, 1.8 * (i - 3));
+  };
+  TestOdometry odometry;
+  for (int i = 0; i < 7; ++i) {
+    const SweptScan scan = snapshot(hall(), pose(i), static_cast<std::uint64_t>(i));
+    const OdometryResult result =
+        odometry->add_scan(15 * i * kPeriod_ns, scan.view(), std::span<const float>());
+    CHECK(error_of(result, pose(0), pose(i)).translation_m < 0.1);
+    CHECK(error_of(result, pose(0), pose(i)).rotation_deg < 1.0);
+  }
+}
+
+TEST_CASE("a second scan most of a second after the first finds whoever drives") {
+  const auto pose = [](int i) { return level(-20.0 + 4.0 * i, 0.4 * i, 0.1 * i); };
+  TestOdometry odometry;
+  for (int i = 0; i < 4; ++i) {
+    const SweptScan scan = snapshot(hall(), pose(i), static_cast<std::uint64_t>(i));
+    const OdometryResult result =
+        odometry->add_scan(8 * i * kPeriod_ns, scan.view(), std::span<const float>());
+    CHECK(error_of(result, pose(0), pose(i)).translation_m < 0.1);
+  }
+}
+
 TEST_CASE("stamps may lie as far apart as they can") {
   TestOdometry odometry;
   const SweptScan scan = scan_on_line(0);

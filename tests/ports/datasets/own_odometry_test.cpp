@@ -122,6 +122,22 @@ TEST_CASE("a gyroscope that contradicts the scans is not used, with a warning") 
   CHECK_THAT(run(-1.0).notes, Contains("! gyroscope: /imu contradicts"));
 }
 
+TEST_CASE("scans far apart are told: another motion may fit them as well") {
+  /// Every seventh scan of the sensor that stands and turns.
+  class Sparse final : public Swing {
+   public:
+    Sparse() : Swing(0.0) {}
+    [[nodiscard]] std::size_t scan_count() const override { return 3; }
+    [[nodiscard]] std::int64_t stamp_ns(std::size_t i) const override {
+      return Swing::stamp_ns(7 * i);
+    }
+  };
+  CHECK_THAT(notes_text(*with_own_odometry(std::make_unique<Sparse>(), {})),
+             Contains("! own odometry: 2 of 3 scans, first 1, come more than 0.6 s after"));
+  CHECK_THAT(notes_text(*with_own_odometry(std::make_unique<Swing>(0.0), {})),
+             !Contains("come more than"));
+}
+
 TEST_CASE("an accelerometer levels all poses, in g too, and the dataset tells how well") {
   // A hall that leans by 30 degrees.
   const Eigen::Vector3d up(0.0, 0.5, std::sqrt(0.75));
