@@ -113,9 +113,9 @@ TEST_CASE("carrying sums on decides as the whole window does") {
   for (const auto& path : {stand_still, drive}) {
     PipelineConfig config = small_config();
     REQUIRE(config.removal.log_odds_clamp > 0.0F);
-    const Score carried = total(run_scene(scene, config, 120, path));
+    const Score carried = total(run_scene(scene, config, 80, path));
     config.removal.log_odds_clamp = 0.0F;
-    const Score anew = total(run_scene(scene, config, 120, path));
+    const Score anew = total(run_scene(scene, config, 80, path));
     CHECK(carried.dynamic_percent() == Approx(anew.dynamic_percent()).margin(1.0));
     CHECK(carried.static_percent() == Approx(anew.static_percent()).margin(0.1));
   }

