@@ -107,10 +107,6 @@ void LocalMap::forget_far(const Eigen::Vector3d& centre_m, double radius_m) noex
   }
 }
 
-VoxelKey LocalMap::neighbourhood(const Eigen::Vector3d& point_m) const noexcept {
-  return pack(index_of((point_m * per_m_).array() - 0.5));
-}
-
 Eigen::Vector3d LocalMap::centre(std::uint32_t entry) const noexcept {
   return middle_of(unpack(voxels_.key(entry))) * voxel_m_;
 }
@@ -161,10 +157,10 @@ void LocalMap::update_surface(MapVoxel& voxel) const noexcept {
   voxel.is_surface = true;
 }
 
-std::uint32_t LocalMap::nearest_surface(const Eigen::Vector3d& point_m) noexcept {
-  const Eigen::Vector3d scaled = point_m * per_m_;
-  const VoxelIndex lowest = index_of(scaled.array() - 0.5);
-  std::uint32_t nearest = kNone;
+void LocalMap::look(const Eigen::Vector3d& scaled, const Eigen::Vector3d& from,
+                    Neighbourhood& neighbourhood) noexcept {
+  const VoxelIndex lowest = index_of(from);
+  neighbourhood = {kNone, lowest};
   float least_m2 = std::numeric_limits<float>::infinity();
   for (int i = 0; i < 8; ++i) {
     const VoxelIndex index{lowest.x + i % 2, lowest.y + i / 2 % 2, lowest.z + i / 4};
@@ -177,10 +173,9 @@ std::uint32_t LocalMap::nearest_surface(const Eigen::Vector3d& point_m) noexcept
     const float distance_m2 = (from_centre - voxel.surface.mean_m).squaredNorm();
     if (distance_m2 < least_m2) {
       least_m2 = distance_m2;
-      nearest = entry;
+      neighbourhood.entry = entry;
     }
   }
-  return nearest;
 }
 
 }  // namespace unimapper::odometry

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "src/core/fixed_hash_map.hpp"
 #include "src/core/voxel_key.hpp"
@@ -53,12 +54,20 @@ class LocalMap {
   /// the time of a call is bounded, and what is far is gone some calls later. Entries change.
   void forget_far(const Eigen::Vector3d& centre_m, double radius_m) noexcept;
 
-  /// Of the eight voxels nearest to a point the one with the surface whose mean is nearest, or
-  /// `kNone`.
-  [[nodiscard]] std::uint32_t nearest_surface(const Eigen::Vector3d& point_m) noexcept;
-
-  /// Names the eight voxels that `nearest_surface` looks at.
-  [[nodiscard]] VoxelKey neighbourhood(const Eigen::Vector3d& point_m) const noexcept;
+  /// The eight voxels nearest to a point, and which of them has the surface whose mean is nearest.
+  struct Neighbourhood {
+    std::uint32_t entry = kNone;  ///< `kNone` if none has a surface
+    VoxelIndex lowest{std::numeric_limits<std::int32_t>::max(), 0, 0};  ///< of the eight
+  };
+  /// Brings the neighbourhood to that of a point. Cheap if it is already. Not for a changed map.
+  void find_nearest(const Eigen::Vector3d& point_m, Neighbourhood& neighbourhood) noexcept {
+    const Eigen::Vector3d scaled = point_m * per_m_;
+    const Eigen::Vector3d from = scaled.array() - 0.5;
+    const VoxelIndex& low = neighbourhood.lowest;
+    const auto is_in = [](double value, std::int32_t i) { return value >= i && value < i + 1.0; };
+    if (is_in(from.x(), low.x) && is_in(from.y(), low.y) && is_in(from.z(), low.z)) return;
+    look(scaled, from, neighbourhood);
+  }
 
   /// A voxel by its entry.
   [[nodiscard]] const MapVoxel& voxel(std::uint32_t entry) const noexcept { return voxels_[entry]; }
@@ -68,6 +77,8 @@ class LocalMap {
   [[nodiscard]] std::uint32_t size() const noexcept { return voxels_.size(); }
 
  private:
+  void look(const Eigen::Vector3d& scaled, const Eigen::Vector3d& from,
+            Neighbourhood& neighbourhood) noexcept;
   void update_surface(MapVoxel& voxel) const noexcept;
 
   FixedHashMap<MapVoxel> voxels_;

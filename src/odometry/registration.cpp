@@ -27,12 +27,8 @@ bool match(SourcePoint& point, Maps maps, const Sweep& sweep, bool is_coarse,
   const Sweep::Place at = sweep.place(point.position_m.cast<double>(), point.time_s);
   for (std::size_t scale = is_coarse ? 1 : 0; scale < maps.size(); ++scale) {
     LocalMap& map = maps[scale];
-    const VoxelKey neighbourhood = map.neighbourhood(at.place_m);
-    if (neighbourhood != point.neighbourhood[scale]) {
-      point.neighbourhood[scale] = neighbourhood;
-      point.entry[scale] = map.nearest_surface(at.place_m);
-    }
-    const std::uint32_t entry = point.entry[scale];
+    map.find_nearest(at.place_m, point.neighbourhood[scale]);
+    const std::uint32_t entry = point.neighbourhood[scale].entry;
     if (entry == LocalMap::kNone) continue;
     const Surface& surface = map.voxel(entry).surface;
     const float* const a = surface.across;
@@ -123,12 +119,18 @@ NormalEquations linearise(std::span<SourcePoint> points, Maps maps, const Sweep&
     const bool says_much = sparse.any && leave_out(m, sparse, move, turn);
     const double k =
         robust_weight(m.squared_m2, says_much ? tolerance.sparse_m : tolerance.kernel_m);
-    const Eigen::Matrix3d across_move = m.across * move;
     const Eigen::Matrix3d across_turn = m.across * turn;
-    sum.matrix.topLeftCorner<3, 3>() += k * (move.transpose() * across_move);
-    sum.matrix.topRightCorner<3, 3>() += k * (move.transpose() * across_turn);
+    if (sparse.any) {
+      const Eigen::Matrix3d across_move = m.across * move;
+      sum.matrix.topLeftCorner<3, 3>() += k * (move.transpose() * across_move);
+      sum.matrix.topRightCorner<3, 3>() += k * (move.transpose() * across_turn);
+      sum.right.head<3>() -= k * (move.transpose() * m.off_m);
+    } else {
+      sum.matrix.topLeftCorner<3, 3>() += k * m.across;
+      sum.matrix.topRightCorner<3, 3>() += k * across_turn;
+      sum.right.head<3>() -= k * m.off_m;
+    }
     sum.matrix.bottomRightCorner<3, 3>() += k * (turn.transpose() * across_turn);
-    sum.right.head<3>() -= k * (move.transpose() * m.off_m);
     sum.right.tail<3>() -= k * (turn.transpose() * m.off_m);
     sum.weight += k;
     sum.squares_m2 += k * m.squared_m2;

@@ -17,12 +17,11 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 /// The two scales of the local map, fine and coarse.
 using Maps = std::span<LocalMap, 2>;
 
-/// A point to register, and the surfaces it was last found to belong to, in either map.
+/// A point to register, and where it was last found to be in either map.
 struct SourcePoint {
   Eigen::Vector3f position_m = Eigen::Vector3f::Zero();  ///< sensor's frame of its own time
   float time_s = 0.0F;                                   ///< after the middle of the scan
-  std::uint32_t entry[2] = {LocalMap::kNone, LocalMap::kNone};
-  VoxelKey neighbourhood[2] = {~VoxelKey{0}, ~VoxelKey{0}};
+  LocalMap::Neighbourhood neighbourhood[2];
 };
 
 /// Normal equations of a small motion: translation along the odometry frame's axes (m), then

@@ -16,9 +16,15 @@ struct OwnedMap : Owned<LocalMap> {
   explicit OwnedMap(std::size_t voxels = 64) : Owned<LocalMap>(voxels, 1.0, 0.24) {}
 };
 
+std::uint32_t nearest_surface(LocalMap& map, const Eigen::Vector3d& point) {
+  LocalMap::Neighbourhood neighbourhood;
+  map.find_nearest(point, neighbourhood);
+  return neighbourhood.entry;
+}
+
 /// The surface nearest to a point, which there must be.
 const Surface& surface_at(OwnedMap& map, const Eigen::Vector3d& point) {
-  const std::uint32_t entry = map->nearest_surface(point);
+  const std::uint32_t entry = nearest_surface(*map, point);
   REQUIRE(entry != LocalMap::kNone);
   return map->voxel(entry).surface;
 }
@@ -40,7 +46,7 @@ TEST_CASE("a full plane is a clear surface that says how far points are across i
 TEST_CASE("a line that lies is no surface, and one that stands is a pole") {
   OwnedMap map;
   for (double a = 0.01; a < 4.0; a += 0.05) map->add({a, 0.5, 0.5});
-  CHECK(map->nearest_surface({0.5, 0.5, 0.5}) == LocalMap::kNone);
+  CHECK(nearest_surface(*map, {0.5, 0.5, 0.5}) == LocalMap::kNone);
   map->clear();
   for (double a = 0.01; a < 4.0; a += 0.01) {
     map->add({0.49, 0.49, a});
@@ -59,10 +65,10 @@ TEST_CASE("what is scattered, and what has few points, is no surface") {
   for (int i = 0; i < 500; ++i) {
     map->add({random.uniform(), random.uniform(), random.uniform()});
   }
-  CHECK(map->nearest_surface({0.5, 0.5, 0.5}) == LocalMap::kNone);
+  CHECK(nearest_surface(*map, {0.5, 0.5, 0.5}) == LocalMap::kNone);
   map->clear();
   for (int i = 0; i < 6; ++i) map->add({0.1 + 0.12 * i, 0.1 + 0.1 * (i % 3), 0.5});
-  CHECK(map->nearest_surface({0.5, 0.5, 0.5}) == LocalMap::kNone);
+  CHECK(nearest_surface(*map, {0.5, 0.5, 0.5}) == LocalMap::kNone);
 }
 
 TEST_CASE("points in a heap are a surface along the directions in which it is compact") {
@@ -125,5 +131,5 @@ TEST_CASE("a map that is full refuses further voxels, and takes points of those 
 TEST_CASE("points beyond all bounds are no undefined behaviour") {
   OwnedMap map(8);
   CHECK(map->add({1e300, -1e300, 0.0}));
-  CHECK(map->nearest_surface({1e300, 0.0, -1e300}) == LocalMap::kNone);
+  CHECK(nearest_surface(*map, {1e300, 0.0, -1e300}) == LocalMap::kNone);
 }
