@@ -44,8 +44,15 @@ const Eigen::Vector3d* PointToPoint::nearest(const Eigen::Vector3d& place_m, dou
   const VoxelIndex at = voxel_of(place_m, kVoxel_m);
   const Eigen::Vector3d* best = nullptr;
   double least_m2 = reach_m * reach_m;
-  for (int i = 0; i < 27; ++i) {
-    const auto voxel = map_.find(pack({at.x + i % 3 - 1, at.y + i / 3 % 3 - 1, at.z + i / 9 - 1}));
+  constexpr int kVoxels = 27;
+  for (int k = 0; k < kVoxels; ++k) {
+    const int i = (k + kVoxels / 2) % kVoxels;  // that of the point first: the others are far then
+    const VoxelIndex index{at.x + i % 3 - 1, at.y + i / 3 % 3 - 1, at.z + i / 9 - 1};
+    const Eigen::Array3d low_m = kVoxel_m * Eigen::Array3d(index.x, index.y, index.z);
+    const Eigen::Array3d to_m =
+        (low_m - place_m.array()).max(place_m.array() - low_m - kVoxel_m).max(0.0);
+    if (to_m.matrix().squaredNorm() >= least_m2) continue;
+    const auto voxel = map_.find(pack(index));
     if (voxel == map_.end()) continue;
     for (const Eigen::Vector3d& p : voxel->second) {
       const double distance_m2 = (p - place_m).squaredNorm();

@@ -43,7 +43,7 @@ std::unique_ptr<Dataset> open_without_poses(std::unique_ptr<Dataset> dataset,
   OwnOdometryOptions own;
   if (!options.T_base_lidar.empty()) own.T_base_lidar = options.T_base_lidar.front();
   own.most_scans = options.most_scans;
-  own.uses_times = options.deskew != Deskew::kOff;
+  own.deskew = options.deskew;
   own.progress = options.odometry_progress;
   return with_own_odometry(std::move(dataset), own);
 }

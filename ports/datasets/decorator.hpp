@@ -37,12 +37,12 @@ class DatasetDecorator : public Dataset {
   [[nodiscard]] double up_sigma_deg() const override { return inner_->up_sigma_deg(); }
 
  protected:
-  explicit DatasetDecorator(std::unique_ptr<Dataset> inner) : inner_(std::move(inner)) {}
+  explicit DatasetDecorator(std::shared_ptr<Dataset> inner) : inner_(std::move(inner)) {}
   /// The dataset that is decorated.
   [[nodiscard]] const Dataset& inner() const { return *inner_; }
 
  private:
-  std::unique_ptr<Dataset> inner_;
+  std::shared_ptr<Dataset> inner_;
 };
 
 }  // namespace unimapper::datasets

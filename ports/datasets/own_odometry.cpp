@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ports/datasets/decorator.hpp"
+#include "ports/datasets/sweep_check.hpp"
 #include "unimapper/core/owned.hpp"
 #include "unimapper/odometry/odometry.hpp"
 
@@ -89,21 +90,23 @@ constexpr std::int64_t kFar_ns = 600'000'000;
 
 class OwnOdometryDataset final : public DatasetDecorator {
  public:
-  OwnOdometryDataset(std::unique_ptr<Dataset> dataset, const OwnOdometryOptions& options)
-      : DatasetDecorator(std::move(dataset)) {
+  OwnOdometryDataset(std::shared_ptr<Dataset> dataset, const RecordedGyroscope& imu,
+                     const OwnOdometryOptions& options)
+      : DatasetDecorator(std::move(dataset)), gyroscope_{{}, imu.description, imu.notes} {
     const std::size_t all = inner().scan_count();
     const std::size_t count = options.most_scans == 0 ? all : std::min(options.most_scans, all);
-    poses_.reserve(count);
+    poses_.resize(options.first_scan);
+    fits_.resize(options.first_scan, 0.0F);
+    slips_.resize(options.first_scan, Eigen::Matrix3d::Zero());
     HeapOdometry odometry{LidarOdometryConfig{}};
-    gyroscope_ = inner().gyroscope();
-    auto sample = gyroscope_.samples.begin();
+    auto sample = imu.samples.begin();
     Pose last;
     Scan scan;
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = options.first_scan; i < count; ++i) {
       inner().read_scan(i, scan);
-      if (!options.uses_times) scan.time_s.clear();
+      if (options.deskew == Deskew::kOff) scan.time_s.clear();
       const std::int64_t last_ns = last_point_ns(inner().stamp_ns(i), scan);
-      for (; sample != gyroscope_.samples.end() && sample->stamp_ns <= last_ns; ++sample) {
+      for (; sample != imu.samples.end() && sample->stamp_ns <= last_ns; ++sample) {
         static_cast<void>(odometry->add_angular_velocity(sample->stamp_ns, sample->rad_s));
         if (sample->acceleration.isZero(0.0)) continue;
         static_cast<void>(odometry->add_acceleration(sample->stamp_ns, sample->acceleration));
@@ -113,6 +116,8 @@ class OwnOdometryDataset final : public DatasetDecorator {
       if (result.error.ok()) last = result.T_odometry_sensor;
       poses_.push_back(last);
       slips_.push_back(slip_of(result));
+      const bool is_tracking = result.error.ok() && result.state == OdometryState::kTracking;
+      fits_.push_back(is_tracking ? static_cast<float>(result.fit) : 0.0F);
       up_.add(result);
       count_state(i, result);
       if (i > 0 && inner().stamp_ns(i) - inner().stamp_ns(i - 1) > kFar_ns) far_.add(i, "");
@@ -121,9 +126,19 @@ class OwnOdometryDataset final : public DatasetDecorator {
     statistics_ = odometry->statistics();
     if (statistics_.imu_contradicted()) up_ = {};  // what it told before, too
     level(options.T_base_lidar);
-    std::vector<RecordedGyroscope::Sample>().swap(gyroscope_.samples);
-    require_tracking();
   }
+
+  /// Throws DatasetError: a trajectory that is guessed for the most part is no trajectory.
+  void require_tracking() const {
+    if (2 * lost_.scans <= poses_.size()) return;
+    throw DatasetError("own odometry lost " + described(lost_) +
+                       ": give the poses of another one with --poses");
+  }
+
+  /// How well a scan that determines its motion fits those before, from 0 to 1; else 0.
+  [[nodiscard]] double fit(std::size_t scan) const { return static_cast<double>(fits_[scan]); }
+  /// Adds a note.
+  void add_note(Note note) { more_notes_.push_back(std::move(note)); }
 
   [[nodiscard]] std::size_t scan_count() const override { return poses_.size(); }
   [[nodiscard]] const Pose& pose(std::size_t i) const override { return poses_.at(i); }
@@ -149,6 +164,7 @@ class OwnOdometryDataset final : public DatasetDecorator {
                                               " of " + std::to_string(poses_.size()) + " scans"
                                         : "alone"),
                      false});
+    notes.insert(notes.end(), more_notes_.begin(), more_notes_.end());
     add_doubts_of_gyroscope(notes);
     add_accelerometer(notes);
     add_note(degenerate_, "do not determine the motion in every direction", notes);
@@ -248,28 +264,68 @@ class OwnOdometryDataset final : public DatasetDecorator {
     notes.push_back({"own odometry: " + described(tally) + ", " + what, true});
   }
 
-  /// A trajectory that is guessed for the most part is no trajectory.
-  void require_tracking() const {
-    if (2 * lost_.scans <= poses_.size()) return;
-    throw DatasetError("own odometry lost " + described(lost_) +
-                       ": give the poses of another one with --poses");
-  }
-
-  RecordedGyroscope gyroscope_;  // without the samples once they are told
+  RecordedGyroscope gyroscope_;  // without the samples
   std::vector<Pose> poses_;
   std::vector<Eigen::Matrix3d> slips_;
+  std::vector<float> fits_;
   UpOfDrive up_;
   OdometryStatistics statistics_;
   Tally degenerate_;
   Tally lost_;
   Tally far_;
+  std::vector<Note> more_notes_;
 };
+
+/// Whether the times of points are those of sweeps that are compensated already: without them scans
+/// are sharper, and fit those before better. Poses that are found from distorted scans make these
+/// sharp, too, but they fit less well.
+bool are_compensated(const std::shared_ptr<Dataset>& recording, const RecordedGyroscope& imu,
+                     const OwnOdometryOptions& options, const Dataset& with_times) {
+  constexpr double kFitsBetter = 1.01;
+  double fit_with = 0.0;
+  double fit_without = 0.0;
+  std::size_t compared = 0;
+  std::size_t fitted = 0;
+  const auto read = [&](std::size_t first, std::size_t end) {
+    constexpr std::size_t kBegin = 5;  // scans until the velocity is known
+    OwnOdometryOptions some = options;
+    some.first_scan = first > kBegin ? first - kBegin : 0;
+    some.most_scans = end;
+    some.progress = {};
+    auto with = std::make_unique<OwnOdometryDataset>(recording, imu, some);
+    some.deskew = Deskew::kOff;
+    auto without = std::make_unique<OwnOdometryDataset>(recording, imu, some);
+    for (std::size_t i = first; i < end; ++i) {
+      ++compared;
+      if (with->fit(i) == 0.0 || without->fit(i) == 0.0) continue;
+      ++fitted;
+      fit_with += with->fit(i);
+      fit_without += without->fit(i);
+    }
+    return BothReadings{std::move(with), std::move(without)};
+  };
+  return is_sharper_without_times(with_times, read) && 2 * fitted >= compared &&
+         fit_without > kFitsBetter * fit_with;
+}
 
 }  // namespace
 
 std::unique_ptr<Dataset> with_own_odometry(std::unique_ptr<Dataset> dataset,
                                            const OwnOdometryOptions& options) {
-  return std::make_unique<OwnOdometryDataset>(std::move(dataset), options);
+  const std::shared_ptr<Dataset> recording = std::move(dataset);
+  const RecordedGyroscope imu = recording->gyroscope();
+  auto own = std::make_unique<OwnOdometryDataset>(recording, imu, options);
+  if (options.deskew == Deskew::kAuto && are_compensated(recording, imu, options, *own)) {
+    OwnOdometryOptions without_times = options;
+    without_times.deskew = Deskew::kOff;
+    own = std::make_unique<OwnOdometryDataset>(recording, imu, without_times);
+    own->add_note(
+        {"own odometry: without the points' times, as they are compensated already: "
+         "scans are sharper so",
+         false});
+  }
+  own->require_tracking();
+  return own;
 }
 
 }  // namespace unimapper::datasets

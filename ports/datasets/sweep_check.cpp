@@ -168,11 +168,12 @@ class WindowThickness {
   std::array<SurfaceThickness, kReadings> surfaces_;
 };
 
+// Readings whose thickness differs by less, as a logarithm, are equally good.
+constexpr double kClear = 0.01;
+
 SweepFinding finding_of(const std::array<double, kReadings>& log_thickness) {
   const auto best = static_cast<std::size_t>(
       std::min_element(log_thickness.begin(), log_thickness.end()) - log_thickness.begin());
-  // Readings that differ by less are equally good.
-  constexpr double kClear = 0.01;
   const auto is_good = [&](Reading reading) {
     return log_thickness[reading] < log_thickness[best] + kClear;
   };
@@ -220,6 +221,29 @@ SweepCheck check_sweeps(const Dataset& dataset, const SensorMotion& poses) {
   check.best_other =
       std::exp(std::min({sums[kBackwards], sums[kLater], sums[kEarlier]}) - sums[kAsRecorded]);
   return check;
+}
+
+bool is_sharper_without_times(
+    const Dataset& dataset,
+    const std::function<BothReadings(std::size_t first, std::size_t end)>& read) {
+  WindowTimes has_times(dataset);
+  double as_recorded = 0.0;
+  double compensated = 0.0;                // by the poses found with times
+  double compensated_without_times = 0.0;  // by the others
+  double windows = 0.0;
+  for (const Window& window : choose_windows(dataset, has_times)) {
+    const BothReadings both = read(window.first, window.last() + 1);
+    const SensorMotion with_motion(*both.with_times);
+    const SensorMotion without_motion(*both.without_times);
+    WindowThickness with(*both.with_times, with_motion);
+    WindowThickness without(*both.without_times, without_motion);
+    if (!with.add(window) || !without.add(window)) continue;
+    as_recorded += without.log_thickness(kAsRecorded);
+    compensated += with.log_thickness(kForwards);
+    compensated_without_times += without.log_thickness(kForwards);
+    windows += 1.0;
+  }
+  return std::min(compensated, compensated_without_times) > as_recorded + windows * kClear;
 }
 
 std::string SweepCheck::text() const {

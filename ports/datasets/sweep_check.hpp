@@ -1,6 +1,8 @@
 // Test of whether compensating the motion within sweeps makes scans sharper.
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -40,5 +42,19 @@ struct SweepCheck {
 /// running backwards, and with stamps of the other end of the sweep. Reads those scans only.
 /// Throws DatasetError.
 [[nodiscard]] SweepCheck check_sweeps(const Dataset& dataset, const SensorMotion& poses);
+
+/// A recording with poses that were found with the times of its points, and without.
+struct BothReadings {
+  std::unique_ptr<Dataset> with_times;     ///< found from compensated points
+  std::unique_ptr<Dataset> without_times;  ///< found from points as recorded
+};
+
+/// Whether scans as recorded, with poses found without the times of points, are clearly sharper
+/// than compensated, by either poses. Compares about 30 scans where the sensor moves most by the
+/// poses of `dataset`: `read` gives poses to those from a scan to before another. False where few
+/// have times. Throws DatasetError.
+[[nodiscard]] bool is_sharper_without_times(
+    const Dataset& dataset,
+    const std::function<BothReadings(std::size_t first, std::size_t end)>& read);
 
 }  // namespace unimapper::datasets

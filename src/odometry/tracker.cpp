@@ -168,6 +168,7 @@ OdometryResult Tracker::go_on(double seconds) noexcept {
   const Velocity v = velocity_of(interval.T_odometry_before.inverse() * found.pose, seconds);
   const bool fits =
       found.is_valid && is_plausible(v) && is_possible(found) && found_fit >= kHopeless * usual_fit;
+  result.fit = found_fit;
   return fits ? accept(found, interval, found_fit) : lose(ahead(interval), seconds);
 }
 

@@ -76,6 +76,7 @@ TEST_CASE("one scan from elsewhere is lost, and the next one is found") {
   for (int i = 0; i < 8; ++i) {
     last = odometry.add(i == 5 ? snapshot(elsewhere(), level(0.0, 0.0, 0.0)) : scan_on_line(i));
     CHECK((last.state == OdometryState::kLost) == (i == 5));
+    if (i > 0) CHECK((last.fit < 0.4) == (i == 5));
     CHECK(is_finite(last));
     if (i == 5) CHECK(std::string(last.reason).find("does not fit") != std::string::npos);
   }

@@ -42,7 +42,8 @@ struct [[nodiscard]] OdometryResult {
   /// the rotation vector in the sensor's frame (rad²). Wide along weak axes, and where lost. Sums
   /// over scans are those of longer motions.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  WeakAxes weak;                                  ///< of this scan
+  WeakAxes weak;     ///< of this scan
+  double fit = 0.0;  ///< of this scan to the local map: 1 exactly, 0 not at all, and of the first
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< by the accelerometer, in the odometry frame
   /// Standard deviation of `up` in one direction; infinite where it is not known.
   double up_sigma_rad = std::numeric_limits<double>::infinity();

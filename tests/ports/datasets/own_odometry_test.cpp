@@ -42,25 +42,15 @@ double error_m(const Dataset& dataset, int scan) {
       .norm();
 }
 
-/// A sensor that stands for half a second and then turns to and fro by 30 degrees, twice a second,
-/// and what its gyroscope says, times a factor.
-class Swing : public Dataset {
+/// Ten scans a second of a hall, with times of points and without poses.
+class HallScans : public Dataset {
  public:
-  explicit Swing(double factor = 1.0, const Eigen::Vector3d& force = Eigen::Vector3d::Zero())
-      : factor_(factor), force_(force) {}
-
-  static double yaw_rad(double time_s) {
-    return time_s < 0.5 ? 0.0 : 0.26 * (1.0 - std::cos(4.0 * 3.14159265 * (time_s - 0.5)));
-  }
-  [[nodiscard]] std::size_t scan_count() const override { return force_.isZero() ? 14 : 24; }
   void read_scan(std::size_t i, Scan& scan) const override {
-    const test::SweptScan sweep = test::sweep(test::hall(), [i](double after_s) {
-      return test::level(0.0, 0.0, yaw_rad(0.1 * static_cast<double>(i) + after_s));
-    });
+    const test::SweptScan swept = sweep(i);
     scan.reset(0);
-    for (const Eigen::Vector3f& p : sweep.points)
+    for (const Eigen::Vector3f& p : swept.points)
       scan.points.push_back({p.x(), p.y(), p.z(), 0.0F});
-    scan.time_s = sweep.time_s;
+    scan.time_s = swept.time_s;
   }
   [[nodiscard]] const Pose& pose(std::size_t /*i*/) const override { return pose_; }
   [[nodiscard]] std::int64_t stamp_ns(std::size_t i) const override {
@@ -69,6 +59,24 @@ class Swing : public Dataset {
   [[nodiscard]] std::string scan_name(std::size_t i) const override { return std::to_string(i); }
   [[nodiscard]] std::vector<std::uint32_t> labels(std::size_t /*i*/) const override { return {}; }
   [[nodiscard]] std::vector<Pose> ground_truth_poses() const override { return {}; }
+
+ private:
+  [[nodiscard]] virtual test::SweptScan sweep(std::size_t scan) const = 0;
+
+  Pose pose_;
+};
+
+/// A sensor that stands for half a second and then turns to and fro by 30 degrees, twice a second,
+/// and what its gyroscope says, times a factor.
+class Swing : public HallScans {
+ public:
+  explicit Swing(double factor = 1.0, const Eigen::Vector3d& force = Eigen::Vector3d::Zero())
+      : factor_(factor), force_(force) {}
+
+  static double yaw_rad(double time_s) {
+    return time_s < 0.5 ? 0.0 : 0.26 * (1.0 - std::cos(4.0 * 3.14159265 * (time_s - 0.5)));
+  }
+  [[nodiscard]] std::size_t scan_count() const override { return force_.isZero() ? 14 : 24; }
   [[nodiscard]] RecordedGyroscope gyroscope() const override {
     RecordedGyroscope gyroscope;
     gyroscope.description = "/imu";
@@ -83,9 +91,14 @@ class Swing : public Dataset {
   }
 
  private:
+  [[nodiscard]] test::SweptScan sweep(std::size_t scan) const override {
+    return test::sweep(test::hall(), [scan](double after_s) {
+      return test::level(0.0, 0.0, yaw_rad(0.1 * static_cast<double>(scan) + after_s));
+    });
+  }
+
   double factor_;
   Eigen::Vector3d force_;
-  Pose pose_;
 };
 
 struct SwingRun {
@@ -106,6 +119,29 @@ SwingRun run(double factor) {
   return run;
 }
 
+/// A drive along a curve whose points have times: of sweeps, or though they were compensated.
+class TimedDrive final : public HallScans {
+ public:
+  explicit TimedDrive(bool is_compensated) : is_compensated_(is_compensated) {}
+
+  static Pose true_pose(double time_s) {
+    return test::level(8.0 * time_s - 10.0, 0.5 * time_s * time_s, 0.4 * time_s);
+  }
+  [[nodiscard]] std::size_t scan_count() const override { return 18; }
+
+ private:
+  [[nodiscard]] test::SweptScan sweep(std::size_t scan) const override {
+    const double stamp_s = 0.1 * static_cast<double>(scan);
+    constexpr int kColumns = 120;
+    return test::sweep(
+        test::hall(),
+        [&](double after_s) { return true_pose(stamp_s + (is_compensated_ ? 0.0 : after_s)); },
+        scan, kColumns);
+  }
+
+  bool is_compensated_;
+};
+
 }  // namespace
 
 TEST_CASE("the own odometry takes a gyroscope, up to the last point of each scan, and says so") {
@@ -120,6 +156,18 @@ TEST_CASE("the own odometry takes a gyroscope, up to the last point of each scan
 
 TEST_CASE("a gyroscope that contradicts the scans is not used, with a warning") {
   CHECK_THAT(run(-1.0).notes, Contains("! gyroscope: /imu contradicts"));
+}
+
+TEST_CASE("points that were compensated already are found to be, and their times not used") {
+  for (const bool is_compensated : {false, true}) {
+    CAPTURE(is_compensated);
+    const auto dataset = with_own_odometry(std::make_unique<TimedDrive>(is_compensated), {});
+    const std::size_t last = dataset->scan_count() - 1;
+    const Pose way = TimedDrive::true_pose(0.0).inverse() * TimedDrive::true_pose(0.1 * 17);
+    CHECK((dataset->pose(last).translation - way.translation).norm() < 0.05);
+    CHECK((notes_text(*dataset).find("without the points' times") != std::string::npos) ==
+          is_compensated);
+  }
 }
 
 TEST_CASE("scans far apart are told: another motion may fit them as well") {
