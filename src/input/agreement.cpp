@@ -192,6 +192,22 @@ std::optional<double> ScanPair::agreement_beyond(double least, const Pose& T_fir
   return std::nullopt;
 }
 
+bool ScanPair::is_peak(const Pose& T_first_second, double agrees) const {
+  constexpr double kBeside_m = 0.4;
+  constexpr double kBeside_rad = 3.0 / kDegreesPerRadian;
+  for (const double side : {-1.0, 1.0}) {
+    std::array<Pose, 3> beside;
+    beside[0].translation.x() = side * kBeside_m;
+    beside[1].translation.y() = side * kBeside_m;
+    beside[2].rotation =
+        Eigen::AngleAxisd(side * kBeside_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    for (const Pose& step : beside) {
+      if (agreement(T_first_second * step) >= agrees) return false;
+    }
+  }
+  return true;
+}
+
 merge::RegistrationResult ScanPair::registration(const Pose& start) const {
   return merge::register_clouds(first_->cloud_, second_->cloud_, start,
                                 config(first_->cloud_.size(), first_->cloud_.leaf_m()));

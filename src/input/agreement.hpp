@@ -79,6 +79,10 @@ class ScanPair {
   [[nodiscard]] std::optional<double> agreement_beyond(double least,
                                                        const Pose& T_first_second) const;
 
+  /// Whether the scans agree less than that 0.4 m and 3 degrees beside the motion, on all sides:
+  /// then registration ends there. Up to six agreements.
+  [[nodiscard]] bool is_peak(const Pose& T_first_second, double agrees) const;
+
   /// G-ICP from `start`, which is finite.
   [[nodiscard]] merge::RegistrationResult registration(const Pose& start) const;
 

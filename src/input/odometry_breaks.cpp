@@ -2,7 +2,6 @@
 #include "src/input/odometry_breaks.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -40,23 +39,6 @@ double angle_deg(const Pose& pose) { return rotation_angle(pose.rotation) * kDeg
 
 bool is_off(const Pose& correction, double off_deg) {
   return correction.translation.norm() > kOff_m || angle_deg(correction) > off_deg;
-}
-
-/// Whether the scans agree less wherever they are moved from there: then registration ends there.
-bool is_peak(const ScanPair& pair, const Pose& motion, double agrees) {
-  constexpr double kBeside_m = 0.4;
-  for (const double side : {-1.0, 1.0}) {
-    std::array<Pose, 3> beside;
-    beside[0].translation.x() = side * kBeside_m;
-    beside[1].translation.y() = side * kBeside_m;
-    beside[2].rotation =
-        Eigen::AngleAxisd(side * kOff_deg / kDegreesPerRadian, Eigen::Vector3d::UnitZ())
-            .toRotationMatrix();
-    for (const Pose& step : beside) {
-      if (pair.agreement(motion * step) >= agrees) return false;
-    }
-  }
-  return true;
 }
 
 /// What two scans say of the motion between them.
@@ -218,7 +200,7 @@ class BreakSearch {
     // Few points agree less by chance, but still best where the scans belong.
     const auto is_right = [&](const Pose& motion, double agreement) {
       return suffices && (agreement >= kWell * usually ||
-                          (agreement >= kFairly * usually && is_peak(pair, motion, agreement)));
+                          (agreement >= kFairly * usually && pair.is_peak(motion, agreement)));
     };
     const double agrees = pair.agreement(given);
     if (is_right(given, agrees)) {

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <vector>
 
 #include "src/input/rings.hpp"
@@ -66,6 +67,33 @@ TEST_CASE("two LiDARs that take turns under one name are told from wrong poses")
   }
   CHECK_THAT(examined(recording), Contains(" motion: scans " + std::to_string(every)) &&
                                       Contains("several LiDARs take turns"));
+}
+
+TEST_CASE("where nothing hints at LiDARs that take turns, few scans are looked at") {
+  constexpr std::size_t kScans = 20;
+  MemoryDataset recording = record(courtyard(), kScans, [](std::size_t i) {
+    return level_pose(2.5 * static_cast<double>(i) - 25.0, -4.0, 0.0);
+  });
+  const Track track{kScans, [&](std::size_t i) { return recording.pose(i); },
+                    [&](std::size_t i) { return recording.stamp_ns(i); }};
+  std::map<std::size_t, std::shared_ptr<const ScanShape>> looked_at;
+  const auto turns = [&] {
+    looked_at.clear();
+    AgreementFigures figures;
+    const auto shape = [&](std::size_t i) {
+      auto& kept = looked_at[i];
+      if (kept == nullptr) kept = std::make_shared<const ScanShape>(recording.scans[i]);
+      return kept;
+    };
+    find_turns(track, shape, figures);
+    return figures.turns;
+  };
+  CHECK(turns() == 0);
+  CHECK(looked_at.size() <= 12);
+  for (std::size_t i = 0; i < kScans; i += 2) {
+    MemoryDataset::move_points(recording.scans[i], level_pose(0.0, 0.0, 2.5));
+  }
+  CHECK(turns() == 2);
 }
 
 TEST_CASE("poses of another convention are wrong, and the message names the remedy", "[slow]") {

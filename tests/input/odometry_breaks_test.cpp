@@ -177,6 +177,27 @@ TEST_CASE("A part of the points settles an agreement that is clear, and no other
   CHECK_FALSE(pair.agreement_beyond(0.8 * agrees, right * moved(0.6, 0.6)));
 }
 
+TEST_CASE("A motion is a peak only where the scans agree less on all its sides", "[breaks]") {
+  const ScanPair pair(10, drive().scans[10], 14, drive().scans[14]);
+  const Pose right = drive().poses[10].inverse() * drive().poses[14];
+  const auto is_peak = [](const ScanPair& of, const Pose& motion) {
+    return of.is_peak(motion, of.agreement(motion));
+  };
+  CHECK(is_peak(pair, right));
+  for (const double side : {-1.0, 1.0}) {
+    CHECK_FALSE(is_peak(pair, right * moved(0.4 * side, 0.0)));
+    CHECK_FALSE(is_peak(pair, right * moved(0.0, 0.4 * side)));
+    CHECK_FALSE(is_peak(pair, right * moved(0.0, 0.0, 3.0 * side)));
+  }
+  // Along two walls the scans agree everywhere alike.
+  const std::vector<Sheet> walls = {{{-40, -4, 0}, {80, 0, 0}, {0, 0, 4}},
+                                    {{-40, 4, 0}, {80, 0, 0}, {0, 0, 4}},
+                                    {{-40, -4, 0}, {80, 0, 0}, {0, 8, 0}}};
+  const MemoryDataset along =
+      record(walls, 2, [](std::size_t i) { return level_pose(static_cast<double>(i), 0.0, 0.0); });
+  CHECK_FALSE(is_peak({0, along.scans[0], 1, along.scans[1]}, moved(1.0, 0.0)));
+}
+
 TEST_CASE("A jump is found at its scan, with its size", "[breaks]") {
   const Pose jump = GENERATE(moved(2.0, -1.0, 30.0), moved(0.5, 0.4), moved(0.0, 0.0, 8.0));
   const std::size_t at = GENERATE(3, 33);
