@@ -77,8 +77,10 @@ class CellGrid {
   // Means of many points lie nearer to the middle of their cell than to its faces: measured, the
   // mean of those in a half lies at 0.287 of the edge, not at 0.25.
   static double within_cell(std::int32_t part, std::int32_t parts) noexcept {
-    if (parts == 2) return part == 0 ? 0.2875 : 0.7125;
-    return (part + 0.5) / parts;
+    constexpr std::array<double, 2> kOfTwo{0.2875, 0.7125};
+    constexpr std::array<double, 3> kOfThree{0.5 / 3, 1.5 / 3, 2.5 / 3};
+    return parts == 2 ? kOfTwo[static_cast<std::size_t>(part)]
+                      : kOfThree[static_cast<std::size_t>(part)];
   }
   static Eigen::Vector3d product(const Eigen::Matrix3d& m, const Eigen::Vector3d& v) noexcept {
     Eigen::Vector3d result;

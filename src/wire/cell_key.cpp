@@ -50,22 +50,6 @@ std::optional<CellKey> cell_key(const FineCell& cell, const CellGrid& grid) noex
   return (key << 2U) | static_cast<std::uint32_t>(at->part[2]);
 }
 
-FineCell cell_of(CellKey key, const CellGrid& grid) noexcept {
-  GridPosition at;
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    const auto block = static_cast<std::int32_t>((key >> (36U - 8U * axis)) & 0xFFU);
-    const auto cell = static_cast<std::int32_t>((key >> (15U - 5U * axis)) & 0x1FU);
-    at.cell[axis] = block * kBlockCells + cell;
-  }
-  at.part = {static_cast<std::int32_t>((key >> 3U) & 1U),
-             static_cast<std::int32_t>((key >> 2U) & 1U), static_cast<std::int32_t>(key & 3U)};
-  FineCell cell{};
-  cell.position = grid.position(at);
-  cell.ground = is_ground(key) ? 1 : 0;
-  cell.intensity = intensity_of(key);
-  return cell;
-}
-
 std::span<const CellKey> sorted_cell_keys(std::span<const FineCell> cells, const CellGrid& grid,
                                           const CellKeyScratch& scratch,
                                           std::uint64_t& left_out) noexcept {

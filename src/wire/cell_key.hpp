@@ -36,9 +36,6 @@ constexpr bool is_ground(CellKey key) noexcept { return ((key >> 4U) & 1U) == 0;
 /// The key of a cell, or nothing if its position is not finite or does not fit the grid.
 std::optional<CellKey> cell_key(const FineCell& cell, const CellGrid& grid) noexcept;
 
-/// The cell of a key. How many points it had is not known any more.
-FineCell cell_of(CellKey key, const CellGrid& grid) noexcept;
-
 /// Memory `sorted_cell_keys` works in; every span but `counts` holds as many keys as there may be
 /// cells.
 struct CellKeyScratch {

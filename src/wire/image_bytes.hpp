@@ -25,7 +25,7 @@ class ImageBytes {
     std::array<BitModel, 256>& models = models_[context_];
     std::uint32_t node = 1;
     for (unsigned bit = 8; bit-- > 0;) {
-      node = node << 1U | (coder.code(((byte >> bit) & 1U) != 0, models[node]) ? 1U : 0U);
+      node = node << 1U | (coder.code_doubtful(((byte >> bit) & 1U) != 0, models[node]) ? 1U : 0U);
     }
     const auto coded = static_cast<std::uint8_t>(node);
     context_ = context_ == kInLiteral ? std::size_t{kAfterLiteral} : context_after(coded);

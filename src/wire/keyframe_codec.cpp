@@ -142,6 +142,23 @@ const char* read_planes(LittleEndianReader& in, std::uint32_t count,
   return nullptr;
 }
 
+/// The cell of a key. How many points it had is not known any more.
+FineCell cell_of(CellKey key, const CellGrid& grid) noexcept {
+  GridPosition at;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    const auto block = static_cast<std::int32_t>((key >> (36U - 8U * axis)) & 0xFFU);
+    const auto cell = static_cast<std::int32_t>((key >> (15U - 5U * axis)) & 0x1FU);
+    at.cell[axis] = block * kBlockCells + cell;
+  }
+  at.part = {static_cast<std::int32_t>((key >> 3U) & 1U),
+             static_cast<std::int32_t>((key >> 2U) & 1U), static_cast<std::int32_t>(key & 3U)};
+  FineCell cell{};
+  cell.position = grid.position(at);
+  cell.ground = is_ground(key) ? 1 : 0;
+  cell.intensity = intensity_of(key);
+  return cell;
+}
+
 /// Cells as they come out of the coder.
 class CellReader {
  public:
@@ -161,7 +178,7 @@ class CellReader {
     bool more = true;
     while (more) {
       if (cells_.size() == count_) return fail("more cells than announced");
-      const CellKey key = cell | code.code_detail(coder, index, {}).bits();
+      const CellKey key = cell | code.code_detail(coder, index, 0);
       if (coder.exhausted()) return fail("fewer bytes than cells");
       if (key < last) return fail("cells are not sorted");
       last = key;

@@ -124,7 +124,7 @@ class KeyWalk {
     bool more = true;
     while (more) {
       const CellKey key = keys_[at_++];
-      code.code_detail(coder, index, CellDetail::of(key));
+      code.code_detail(coder, index, key);
       more = at_ < keys_.size() && is_same_cell(key, keys_[at_]);
       code.code_more(coder, more);
     }

@@ -19,23 +19,29 @@ class BitModel {
   /// In units of 1/4096, at least 32 and at most 4064.
   [[nodiscard]] std::uint32_t zero() const noexcept { return zero_ >> 4U; }
 
+  /// Without a branch, which the processor would often guess wrong.
   void update(bool bit) noexcept {
-    const std::uint32_t rate = kRates[seen_];
-    if (seen_ + 1U < kRates.size()) ++seen_;
-    if (bit) {
-      zero_ = static_cast<std::uint16_t>(zero_ - (((zero_ - kLowest) * rate) >> 16U));
-    } else {
-      zero_ = static_cast<std::uint16_t>(zero_ + (((kHighest - zero_) * rate) >> 16U));
-    }
+    const std::uint32_t rate = kRates[seen_].rate;
+    seen_ = kRates[seen_].next;
+    const std::uint32_t mask = 0U - std::uint32_t{bit};
+    const std::uint32_t zero = zero_;
+    const std::uint32_t error = ((zero - kLowest) & mask) | ((kHighest - zero) & ~mask);
+    const std::uint32_t step = (error * rate) >> 16U;
+    zero_ = static_cast<std::uint16_t>(zero + ((step ^ mask) - mask));
   }
 
  private:
   static constexpr std::uint32_t kLowest = 512;
   static constexpr std::uint32_t kHighest = 65536 - 512;
+  struct Rate {
+    std::uint16_t rate;
+    std::uint16_t next;  ///< `seen_` after it
+  };
   static constexpr auto kRates = [] {
-    std::array<std::uint16_t, 48> rates{};
+    std::array<Rate, 48> rates{};
     for (std::uint32_t n = 0; n < rates.size(); ++n) {
-      rates[n] = static_cast<std::uint16_t>(65536U / (n + 2));
+      rates[n] = {static_cast<std::uint16_t>(65536U / (n + 2)),
+                  static_cast<std::uint16_t>(std::min<std::size_t>(n + 1, rates.size() - 1))};
     }
     return rates;
   }();
@@ -59,13 +65,16 @@ class RangeEncoder {
     if (bit) {
       low_ += bound;
       range_ -= bound;
+      model.update(true);
     } else {
       range_ = bound;
+      model.update(false);
     }
-    model.update(bit);
     while (range_ < kSmallestRange) shift();
     return bit;
   }
+  /// What `code` does; the decoder has two ways.
+  bool code_doubtful(bool bit, BitModel& model) noexcept { return code(bit, model); }
   /// Codes a bit of which nothing is known.
   bool code(bool bit) noexcept {
     range_ >>= 1U;
@@ -111,26 +120,39 @@ class RangeDecoder {
     valid_ = value_ != 0xFFFFFFFF;
   }
 
-  /// The next bit; the encoder's argument has no meaning here.
+  /// The next bit; the encoder's argument has no meaning here. No bit takes more than a byte, as
+  /// each leaves at least a 128th of the range.
   bool code(bool /*bit*/, BitModel& model) noexcept {
     const std::uint32_t bound = (range_ >> 12U) * model.zero();
     const bool bit = value_ >= bound;
     if (bit) {
       value_ -= bound;
       range_ -= bound;
+      model.update(true);
     } else {
       range_ = bound;
+      model.update(false);
     }
+    if (range_ < kSmallestRange) shift();
+    return bit;
+  }
+  /// Like `code`, without a branch: faster where the processor often guesses the bit wrong.
+  bool code_doubtful(bool /*bit*/, BitModel& model) noexcept {
+    const std::uint32_t bound = (range_ >> 12U) * model.zero();
+    const bool bit = value_ >= bound;
+    const std::uint32_t mask = 0U - std::uint32_t{bit};
+    value_ -= bound & mask;
+    range_ = bound + ((range_ - 2 * bound) & mask);
     model.update(bit);
-    while (range_ < kSmallestRange) shift();
+    if (range_ < kSmallestRange) shift();
     return bit;
   }
   /// The next bit of which nothing is known.
   bool code(bool /*bit*/) noexcept {
     range_ >>= 1U;
     const bool bit = value_ >= range_;
-    if (bit) value_ -= range_;
-    while (range_ < kSmallestRange) shift();
+    value_ -= range_ & (0U - std::uint32_t{bit});
+    if (range_ < kSmallestRange) shift();
     return bit;
   }
 
