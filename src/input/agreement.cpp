@@ -28,22 +28,6 @@ merge::RegistrationConfig config(std::size_t max_points, float leaf_m) {
   return config;
 }
 
-/// `kDrawn` times as many as are kept, spread over the scan whatever its order: one anywhere in
-/// each of as many parts, since a stride may meet one ring alone.
-std::vector<Eigen::Vector3f> points_of(const datasets::Scan& scan, std::size_t kept) {
-  const std::size_t size = scan.points.size();
-  const std::size_t drawn = std::min(size, kDrawn * kept);
-  std::vector<Eigen::Vector3f> points;
-  points.reserve(drawn);
-  for (std::uint64_t n = 0; n < drawn; ++n) {
-    const std::uint64_t of_1024 = size == drawn ? 0 : (n * 0x9E3779B97F4A7C15U) >> 54U;
-    const std::size_t i = (1024 * n + of_1024) * size / (1024 * drawn);
-    const Eigen::Vector3f p(scan.points[i].x, scan.points[i].y, scan.points[i].z);
-    if (p.allFinite() && p.squaredNorm() > kNearest_m * kNearest_m) points.push_back(p);
-  }
-  return points;
-}
-
 /// Unit normal where the surroundings of point `i` are a plane, else zero.
 Eigen::Vector3f normal_of(const merge::RegistrationCloud& cloud, std::size_t i) {
   // Covariances are next to 1 along surfaces and to 0 across them: what misses to 1 is n n^T of a
@@ -57,8 +41,23 @@ Eigen::Vector3f normal_of(const merge::RegistrationCloud& cloud, std::size_t i) 
 
 }  // namespace
 
+std::vector<Eigen::Vector3f> spread_points(const datasets::Scan& scan, std::size_t most) {
+  const std::size_t size = scan.points.size();
+  const std::size_t drawn = std::min(size, most);
+  std::vector<Eigen::Vector3f> points;
+  points.reserve(drawn);
+  for (std::uint64_t n = 0; n < drawn; ++n) {
+    // One anywhere in each of as many parts, since a stride may meet one ring alone.
+    const std::uint64_t of_1024 = size == drawn ? 0 : (n * 0x9E3779B97F4A7C15U) >> 54U;
+    const std::size_t i = (1024 * n + of_1024) * size / (1024 * drawn);
+    const Eigen::Vector3f p(scan.points[i].x, scan.points[i].y, scan.points[i].z);
+    if (p.allFinite() && p.squaredNorm() > kNearest_m * kNearest_m) points.push_back(p);
+  }
+  return points;
+}
+
 ScanShape::ScanShape(const datasets::Scan& scan, std::size_t max_points, float leaf_m)
-    : cloud_(points_of(scan, max_points), {}, config(max_points, leaf_m)) {}
+    : cloud_(spread_points(scan, kDrawn * max_points), {}, config(max_points, leaf_m)) {}
 
 float ScanShape::next_leaf_m() const {
   constexpr float kFiner = 1.3F;  // a step of the thinning
@@ -160,36 +159,6 @@ double ScanPair::agreement(const Pose& T_first_second) const {
     ++directions;
   }
   return directions == 0 ? 0.0 : sum / directions;
-}
-
-std::optional<double> ScanPair::agreement_beyond(double least, const Pose& T_first_second) const {
-  constexpr double kSurely = 1.0;  // standard deviations
-  if (!T_first_second.is_finite()) return std::nullopt;
-  const Eigen::Matrix3f r = T_first_second.rotation.cast<float>();
-  const Eigen::Vector3f t = T_first_second.translation.cast<float>();
-  const merge::RegistrationCloud& cloud = second_->cloud_;
-  std::array<double, 3> facing{};
-  std::array<double, 3> on_surface{};
-  for (std::size_t part = 0; 2 * part < kPortions; ++part) {
-    for (std::size_t k = part; k < cloud.size(); k += kPortions) {
-      const auto axis = second_->facing(k);
-      if (!axis) continue;
-      facing[*axis] += 1.0;
-      on_surface[*axis] += is_on_surface(cloud.points()[k], r, t) ? 1.0 : 0.0;
-    }
-    double sum = 0.0;
-    double variance = 0.0;
-    double directions = 0.0;
-    for (std::size_t a = 0; a < 3; ++a) {
-      if (facing[a] * kPortions < kFewestFacing * static_cast<double>(part + 1)) continue;
-      const double share = (on_surface[a] + 1.0) / (facing[a] + 2.0);
-      sum += on_surface[a] / facing[a];
-      variance += share * (1.0 - share) / facing[a];
-      directions += 1.0;
-    }
-    if (sum - kSurely * std::sqrt(variance) > least * directions) return sum / directions;
-  }
-  return std::nullopt;
 }
 
 bool ScanPair::is_peak(const Pose& T_first_second, double agrees) const {

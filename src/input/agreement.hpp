@@ -13,6 +13,11 @@
 
 namespace unimapper::input {
 
+/// At most `most` points of a scan in the sensor's frame, spread over it whatever its order; those
+/// nearer than a metre, on the robot itself, are left out.
+[[nodiscard]] std::vector<Eigen::Vector3f> spread_points(const datasets::Scan& scan,
+                                                         std::size_t most);
+
 /// Surfaces of one scan, thinned, ready to be compared with those of another.
 class ScanShape {
  public:
@@ -73,11 +78,6 @@ class ScanPair {
   /// surfaces, so that an open street does not hide a wrong motion behind its ground. 0 to 1; 0
   /// where there are too few surfaces. About 0.1 ms.
   [[nodiscard]] double agreement(const Pose& T_first_second) const;
-
-  /// An estimate of `agreement` from a part of the points, where that is surely more than `least`.
-  /// About 0.05 ms.
-  [[nodiscard]] std::optional<double> agreement_beyond(double least,
-                                                       const Pose& T_first_second) const;
 
   /// Whether the scans agree less than that 0.4 m and 3 degrees beside the motion, on all sides:
   /// then registration ends there. Up to six agreements.

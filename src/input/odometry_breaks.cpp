@@ -11,6 +11,7 @@
 #include "src/core/cabin.hpp"
 #include "src/core/quantile.hpp"
 #include "src/input/agreement.hpp"
+#include "src/input/plane_look.hpp"
 #include "src/input/pose_noise.hpp"
 #include "src/input/shut_in.hpp"
 #include "src/input/text.hpp"
@@ -25,6 +26,9 @@ constexpr double kWell = 0.8;
 constexpr double kFairly = 0.65;
 constexpr double kElsewhere = 0.5;
 constexpr std::size_t kPoints = 900;  // of a scan
+// First looks: points on planes, against what is usual, and that show the least known direction.
+constexpr double kOnPlanes = 0.85;
+constexpr float kShown = 1.0F;
 constexpr std::size_t kUsualPairs = 15;
 constexpr std::size_t kFewestUsual = 4;
 // Agreement, against that of the given motion.
@@ -48,6 +52,29 @@ struct Step {
   bool is_elsewhere = false;
   bool is_doubtful = false;  ///< contradicted if the step before it is doubtful, too
   Pose correction;           ///< from the given motion to the one that the scans show
+};
+
+/// Of the last pairs.
+class LastFew {
+ public:
+  void add(double value) {
+    values_.push_back(value);
+    if (values_.size() > kUsualPairs) values_.erase(values_.begin());
+  }
+  [[nodiscard]] bool is_known() const { return values_.size() >= kFewestUsual; }
+  [[nodiscard]] double middle() const {
+    std::vector<double> values = values_;
+    return median(std::span(values));
+  }
+
+ private:
+  std::vector<double> values_;
+};
+
+/// What pairs of scans usually have.
+struct Usual {
+  LastFew agreements;  ///< of pairs that were looked at closely
+  LastFew shares;      ///< of points on planes
 };
 
 class BreakSearch {
@@ -130,19 +157,29 @@ class BreakSearch {
 
   /// What one scan shows.
   struct View {
-    std::shared_ptr<const ScanShape> shape;
+    std::optional<std::vector<Eigen::Vector3f>> points;
+    std::shared_ptr<const ScanShape> shape;  ///< where the first look leaves a doubt
     bool is_shut_in = false;
   };
 
   const View& view(std::size_t i) {
     View& known = views_[i];
-    if (known.shape == nullptr) {
+    if (!known.points) {
       read_(i, scan_);
-      const auto shape = std::make_shared<ScanShape>(scan_, kPoints, leaf_m_);
-      leaf_m_ = shape->next_leaf_m();
-      known = {shape, is_shut_in(scan_)};
+      known.points = spread_points(scan_, PlaneLook::kPoints);
+      known.is_shut_in = is_shut_in(scan_);
     }
     return known;
+  }
+
+  const std::shared_ptr<const ScanShape>& shape(std::size_t i) {
+    View& known = views_[i];
+    if (known.shape == nullptr) {
+      read_(i, scan_);
+      known.shape = std::make_shared<const ScanShape>(scan_, kPoints, leaf_m_);
+      leaf_m_ = known.shape->next_leaf_m();
+    }
+    return known.shape;
   }
 
   /// Follows the robot into a closed cabin and out of it, where `i` is the last scan compared.
@@ -178,25 +215,27 @@ class BreakSearch {
   Step compare(std::size_t i, std::size_t j, bool registers = false) {
     const View& from = view(i);
     const View& to = view(j);
-    const ScanPair pair(i, from.shape, j, to.shape);
-    Step step;
-    step.is_told = pair.is_informative() && !is_within_cabin(i, j);
-    if (!step.is_told) return step;
-    const bool is_door = from.is_shut_in != to.is_shut_in;
     const Pose given = motion(i, j);
     take_usual_of(is_standing(given));
-    const double usually = usual_.empty() ? 1.0 : median_of_usual();
     // Neighbours agree better than usual, even a metre off: a step that is unusual by itself is
     // always registered, but for poses that scatter.
     const bool is_odd =
         off_deg_ < 2.0 * kOff_deg && j == i + 1 && differs_from_those_beside(j, off_deg_);
-    const bool suffices = !registers && !is_odd && usual_.size() >= kFewestUsual;
-    if (suffices) {
-      if (const auto agrees = pair.agreement_beyond(kWell * usually, given)) {
-        remember(*agrees);
-        return step;
-      }
+    const bool suffices = !registers && !is_odd && usual_.agreements.is_known();
+    const onboard::PlaneFit look = look_.fit(*from.points, *to.points, given);
+    const auto share = static_cast<double>(look.share);
+    Step step;
+    if (suffices && !from.is_shut_in && !to.is_shut_in && look.least >= kShown &&
+        usual_.shares.is_known() && share >= kOnPlanes * usual_.shares.middle()) {
+      usual_.shares.add(share);
+      step.is_told = true;
+      return step;
     }
+    const ScanPair pair(i, shape(i), j, shape(j));
+    step.is_told = pair.is_informative() && !is_within_cabin(i, j);
+    if (!step.is_told) return step;
+    const bool is_door = from.is_shut_in != to.is_shut_in;
+    const double usually = usual_.agreements.is_known() ? usual_.agreements.middle() : 1.0;
     // Few points agree less by chance, but still best where the scans belong.
     const auto is_right = [&](const Pose& motion, double agreement) {
       return suffices && (agreement >= kWell * usually ||
@@ -204,7 +243,8 @@ class BreakSearch {
     };
     const double agrees = pair.agreement(given);
     if (is_right(given, agrees)) {
-      remember(agrees);
+      usual_.agreements.add(agrees);
+      usual_.shares.add(share);
       return step;
     }
     double best = agrees;
@@ -221,12 +261,12 @@ class BreakSearch {
       // Near to the given motion, and as well as usual: other starts would show no other one.
       if (!is_off(given.inverse() * shown, off_deg_) && is_right(shown, best)) break;
     }
-    if (usual_.size() >= kFewestUsual && best < kElsewhere * usually) {
+    if (usual_.agreements.is_known() && best < kElsewhere * usually) {
       // A door that opens shows another place, too, and so does a way without poses.
       step.is_contradicted = step.is_elsewhere = !is_door && !goes_on(i, j);
       return step;
     }
-    remember(best);
+    usual_.agreements.add(best);
     step.correction = given.inverse() * shown;
     // Rings of a sparse sensor agree with no motion at all: they say nothing of this one.
     const bool is_unmoved = pair.agreement(Pose()) >= best - kAsWell && !is_off(shown, off_deg_);
@@ -235,6 +275,7 @@ class BreakSearch {
     const bool is_known = (!is_unmoved && !slides) || is_beyond_reach(i, j);
     step.is_doubtful =
         best >= agrees + kLittleBetter && is_off(step.correction, off_deg_) && is_known;
+    if (!step.is_doubtful) usual_.shares.add(share);
     const double better = is_odd ? kOddBetter : kBetter;
     step.is_contradicted = step.is_doubtful && best >= agrees + better;
     return step;
@@ -379,24 +420,15 @@ class BreakSearch {
     stands_ = stands;
   }
 
-  void remember(double agreement) {
-    usual_.push_back(agreement);
-    if (usual_.size() > kUsualPairs) usual_.erase(usual_.begin());
-  }
-
-  [[nodiscard]] double median_of_usual() const {
-    std::vector<double> values = usual_;
-    return median(std::span(values));
-  }
-
   const Track& track_;
   const std::function<void(std::size_t, datasets::Scan&)>& read_;
   double off_deg_ = kOff_deg;  ///< from which a motion is another one
   datasets::Scan scan_;
   std::map<std::size_t, View> views_;
   float leaf_m_ = ScanShape::kLeaf_m;  ///< of the next view
-  std::vector<double> usual_;          ///< agreement of the last pairs
-  std::vector<double> usual_driving_;  ///< before the robot stood
+  PlaneLook look_;
+  Usual usual_;
+  Usual usual_driving_;  ///< before the robot stood
   bool stands_ = false;
   // Of the scans compared: the last one that saw more than a cabin, and those that are shut in
   // since.

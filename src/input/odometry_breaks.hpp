@@ -41,7 +41,7 @@ struct OdometryBreaks {
 /// as behind wheels that slip. Scans from within a closed cabin say nothing of the odometry: a lift
 /// moves along with the robot. Three seconds in one are a break, unless the odometry rose or sank
 /// by two metres. The search ends where more than half of ten steps and more are contradicted.
-/// `read` fills a scan; every fifth or so is read. About 0.6 ms for each.
+/// `read` fills a scan; every fifth or so is read. About 0.4 ms for each.
 [[nodiscard]] OdometryBreaks find_odometry_breaks(
     const Track& track, const std::function<void(std::size_t, datasets::Scan&)>& read);
 

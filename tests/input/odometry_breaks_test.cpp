@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "src/input/agreement.hpp"
+#include "src/input/plane_look.hpp"
 #include "src/input/plausibility.hpp"
 #include "src/input/shut_in.hpp"
 #include "tests/input/courtyard.hpp"
@@ -167,14 +168,18 @@ TEST_CASE("Where scans agree little while it drives, a robot may stand before it
   CHECK(found_in(recording).breaks.empty());
 }
 
-TEST_CASE("A part of the points settles an agreement that is clear, and no other", "[breaks]") {
-  const ScanPair pair(10, drive().scans[10], 14, drive().scans[14]);
+TEST_CASE("A first look tells the right motion from those beside it", "[breaks]") {
+  const auto from = spread_points(drive().scans[10], PlaneLook::kPoints);
+  const auto to = spread_points(drive().scans[14], PlaneLook::kPoints);
   const Pose right = drive().poses[10].inverse() * drive().poses[14];
-  const double agrees = pair.agreement(right);
-  const auto estimate = pair.agreement_beyond(0.8 * agrees, right);
-  REQUIRE(estimate);
-  CHECK(std::fabs(*estimate - agrees) < 0.1);
-  CHECK_FALSE(pair.agreement_beyond(0.8 * agrees, right * moved(0.6, 0.6)));
+  PlaneLook look;
+  const onboard::PlaneFit fit = look.fit(from, to, right);
+  CHECK(fit.least > 10.0F);
+  for (const Pose& beside : {moved(0.3, 0.0), moved(0.0, 0.3), moved(0.0, 0.0, 3.0)}) {
+    CHECK(look.fit(from, to, right * beside).share < 0.8F * fit.share);
+  }
+  CHECK(look.fit(from, to, right).share > 0.95F * fit.share);
+  CHECK(look.fit({}, to, right).share == 0.0F);
 }
 
 TEST_CASE("A motion is a peak only where the scans agree less on all its sides", "[breaks]") {
