@@ -73,6 +73,7 @@ with open(f"{OUT}/alone.json") as file:
     alone_s = json.load(file)
 same = contents(folder) == contents(f"{OUT}/map_0")
 loops = sum(int(n) for n in re.findall(r"(\d+) loops by", said))
-print(f"{loops} | {merge_s:.1f} | {workers_s:.1f} | "
+each = f"{loops / workers_s:.1f}" if COUNT > 0 else "–"
+print(f"{loops} | {merge_s:.1f} | {workers_s:.1f} | {each} | "
       f"{100 * ((merge_s + workers_s) / alone_s - 1):+.0f} % | {'yes' if same else 'NO'}")
 sys.exit(0 if same else 1)
