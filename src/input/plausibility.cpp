@@ -323,15 +323,14 @@ Plausibility examine(const datasets::Dataset& dataset, std::size_t scans,
     if (!evidence) {
       evidence = evidence_beside(known, result.agreement, track, mistakes, registration);
     }
-    if (!is_surely_right(result.agreement, chosen.size())) {
-      std::map<std::size_t, std::shared_ptr<const ScanShape>> shapes;
-      const auto shape = [&](std::size_t i) {
-        std::shared_ptr<const ScanShape>& kept = shapes[i];
-        if (kept == nullptr) kept = std::make_shared<const ScanShape>(store[i], kFewPoints);
-        return kept;
-      };
-      find_turns(track, shape, result.agreement);
-    }
+    // Pairs may be an even number of scans apart: two LiDARs in turn agree with themselves then.
+    std::map<std::size_t, std::shared_ptr<const ScanShape>> shapes;
+    const auto shape = [&](std::size_t i) {
+      std::shared_ptr<const ScanShape>& kept = shapes[i];
+      if (kept == nullptr) kept = std::make_shared<const ScanShape>(store[i], kFewPoints);
+      return kept;
+    };
+    find_turns(track, shape, result.agreement);
     result.calibration = evidence->calibration;
     result.mistake = evidence->mistake;
     result.clock_step = evidence->clock_step;
