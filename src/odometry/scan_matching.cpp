@@ -160,6 +160,7 @@ Pose Tracker::search_second(const Interval& interval) noexcept {
   constexpr double kMost_m = 12.0;
   constexpr double kMost_m_s = 12.0;
   constexpr double kDiagonal = 0.7071;
+  constexpr int kManyIterations = 16;  // the way from a start may be half a metre, and a turn
   take_sample();
   const Pose& before = interval.T_odometry_before;
   Pose best = before;
@@ -176,7 +177,7 @@ Pose Tracker::search_second(const Interval& interval) noexcept {
                                {kDiagonal, -kDiagonal}}) {
       Pose start = before;
       start.translation += before.rotation * Eigen::Vector3d(x * way_m, y * way_m, 0.0);
-      attempt(interval, start, best, best_fit);
+      attempt(interval, start, kManyIterations, best, best_fit);
     }
   }
   return before.inverse() * best;
@@ -199,17 +200,16 @@ double Tracker::fit(const Registered& found, const Interval& interval) noexcept 
   return fit_of(source.view(), maps, interval, found.pose, kKernel * config.voxel_m);
 }
 
-void Tracker::attempt(const Interval& interval, const Pose& start, Pose& best,
+void Tracker::attempt(const Interval& interval, const Pose& start, int iterations, Pose& best,
                       double& best_fit) noexcept {
-  constexpr int kFewIterations = 8;
   const double voxel_m = config.voxel_m;
   const Registered rough =
       register_points(sample.view(), maps, interval, start, {},
-                      {2.0 * voxel_m, 2.0 * voxel_m, 9.0 * voxel_m, true, kFewIterations});
+                      {2.0 * voxel_m, 2.0 * voxel_m, 9.0 * voxel_m, true, iterations});
   if (!rough.is_valid) return;
   const Registered close =
       register_points(sample.view(), maps, interval, rough.pose, {},
-                      {0.5 * voxel_m, 0.5 * voxel_m, 3.0 * voxel_m, false, kFewIterations});
+                      {0.5 * voxel_m, 0.5 * voxel_m, 3.0 * voxel_m, false, iterations});
   if (!close.is_valid) return;
   const double found = fit_of(sample.view(), maps, interval, close.pose, 0.2 * voxel_m);
   if (found <= best_fit) return;
@@ -223,6 +223,7 @@ void Tracker::take_sample() noexcept {
 }
 
 Registered Tracker::search(const Interval& interval) noexcept {
+  constexpr int kFewIterations = 8;
   constexpr double kTurn_rad = 0.3;
   constexpr int kTurns = 3;  // to either side
   constexpr int kAllTurns = 10;
@@ -230,7 +231,7 @@ Registered Tracker::search(const Interval& interval) noexcept {
   Pose best = ahead(interval);
   double best_fit = -1.0;
   for (const double share : {1.0, 0.0, 0.5, 1.5, -0.5}) {
-    attempt(interval, ahead(interval, share), best, best_fit);
+    attempt(interval, ahead(interval, share), kFewIterations, best, best_fit);
   }
   // What is carried by hand turns about the vertical, quickly.
   const int most = interval.seconds > kLongestPrediction_s ? kAllTurns : kTurns;
@@ -238,7 +239,7 @@ Registered Tracker::search(const Interval& interval) noexcept {
     for (const double yaw_rad : {kTurn_rad * i, -kTurn_rad * i}) {
       Pose turned = interval.T_odometry_before;
       turned.rotation = rotation_of({0.0, 0.0, yaw_rad}) * turned.rotation;
-      attempt(interval, turned, best, best_fit);
+      attempt(interval, turned, kFewIterations, best, best_fit);
     }
   }
   return refine(interval, best);

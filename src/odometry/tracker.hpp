@@ -60,7 +60,8 @@ struct Tracker {
   [[nodiscard]] Pose search_second(const Interval& interval) noexcept;
   void take_sample() noexcept;
   [[nodiscard]] Registered search(const Interval& interval) noexcept;
-  void attempt(const Interval& interval, const Pose& start, Pose& best, double& best_fit) noexcept;
+  void attempt(const Interval& interval, const Pose& start, int iterations, Pose& best,
+               double& best_fit) noexcept;
   [[nodiscard]] Tolerance tolerance() const noexcept;
   void hold_back(const Interval& interval, Registered& found) noexcept;
   [[nodiscard]] double fit(const Registered& found, const Interval& interval) noexcept;
