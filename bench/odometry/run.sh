@@ -4,7 +4,7 @@
 #   bench/odometry/run.sh [RECORDINGS] [SCANS]   200; WRITE_DOCS=1 writes the tables there
 #
 # RECORDINGS: the folder with kitti_0005a, kitti_0001 and hilti_hall, where the tests lay them out.
-# Simulated: town and campus, seven LiDARs, SCANS scans each of sweeps in motion, and tunnel, bore,
+# Simulated: town and campus, seven LiDARs, SCANS scans each of sweeps in motion; square, tunnel, bore,
 # corridor and hall; SEED (1; others chose the parameters). The relative error is KITTI's, of segments
 # of 20, 40, ... 100 m, as these drives are short. With a gyroscope: on bodies that sway once a second
 # by so many degrees, samples out of the true poses. OUT: folder of recordings; each is removed after
@@ -93,7 +93,7 @@ simulated_table() {
   for scene in town campus; do
     for lidar in $lidars; do row "\`$scene\`, $(lidar "$lidar")" 7 simulated "$scene" "$lidar"; done
   done
-  for scene in hall corridor tunnel bore; do row "\`$scene\`, VLP-16" 7 simulated "$scene" vlp-16; done
+  for scene in hall square corridor tunnel bore; do row "\`$scene\`, VLP-16" 7 simulated "$scene" vlp-16; done
 }
 
 gyroscope_table() {
